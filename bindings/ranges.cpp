@@ -20,7 +20,7 @@ std::vector<int64_t> to_numbers(const Blocks& blocks) {
 }
 
 /// The sums of a session's paths: their number; discs (groups, batches, samples, 3); cells (cells,
-/// groups, batches, 3).
+/// groups of the cells' sums, batches, 3).
 nb::tuple path_sums(const Session& session) {
   session::PathSums sums;
   {
@@ -28,11 +28,12 @@ nb::tuple path_sums(const Session& session) {
     sums = session.exchange().path_sums();
   }
   const size_t groups = session.state().sum_groups.size(), batches = session::kBatches;
-  const size_t cells = sums.cells.size() / (3 * groups * batches);
+  const size_t cell_groups = session.state().cell_groups();
+  const size_t cells = sums.cells.size() / (3 * cell_groups * batches);
   const size_t samples = sums.discs.size() / (3 * groups * batches);
   return nb::make_tuple(sums.paths,
                         make_array(std::move(sums.discs), {groups, batches, samples, 3}),
-                        make_array(std::move(sums.cells), {cells, groups, batches, 3}));
+                        make_array(std::move(sums.cells), {cells, cell_groups, batches, 3}));
 }
 
 /// Places and values of a row.

@@ -180,7 +180,9 @@ void Scene::finish() {
       object_of_static_.resize(primitives_, uint32_t(i));
     }
   }
+  has_specular_ = false;
   for (const Material& material : materials) {
+    has_specular_ |= material.kind->has_specular(material);
     const std::string what = "material \"" + material.name + "\": found ";
     if (const char* flaw = material.kind->flaw(material.parameters)) throw SceneError(what + flaw);
     if (!material.admits(material.reflectance))

@@ -103,9 +103,15 @@ class Scene {
   /// Kind::share() of the primitive's surface at that point.
   Vec3f share_at(uint32_t primitive, float u, float v) const {
     const Material& own = material_of(primitive);
-    if (own.kind->reads() == surfaces::Reads::nothing) return {1, 1, 1};
+    if (!own.varies()) return {1, 1, 1};
     return own.kind->share(own, point_on(primitive, u, v));
   }
+  /// Whether the primitive's surface has another lobe than the diffuse one; whether any has.
+  bool has_specular(uint32_t primitive) const {
+    const Material& own = material_of(primitive);
+    return own.kind->has_specular(own);
+  }
+  bool has_specular() const { return has_specular_; }
   /// Bound of the rounding error of a primitive's plane in ray queries, in any pose: for large
   /// tilted triangles and slivers it exceeds position_slack() of a point on them.
   float slack_of(uint32_t primitive) const {
@@ -159,6 +165,7 @@ class Scene {
   };
   std::vector<Primitive> primitive_;
   uint32_t static_primitives_ = 0, primitives_ = 0;
+  bool has_specular_ = false;
   CoincidentFaces coincident_;                  // of static objects
   std::vector<CoincidentFaces> coincident_of_;  // by object; empty for static ones
   Box first_world_, world_;

@@ -64,6 +64,7 @@ void BounceSegments::allocate(size_t count, const Extras& extras, std::vector<ui
       }
       if (extras.extended) chunk.extended = std::make_unique<float[]>(kChunk);
       if (extras.landing) chunk.landing = std::make_unique<uint32_t[]>(kChunk);
+      if (extras.history) chunk.history = std::make_unique<LightHistory[]>(kChunk);
     }
     DELTALUX_ASSERT(size_ < kNoSlot);
     slot = size_++;
@@ -74,9 +75,11 @@ size_t BounceSegments::bytes() const {
   // All chunks have the same arrays; do not iterate, since this is called in every update.
   const bool extended = !chunks_.empty() && chunks_.front()->extended;
   const bool landing = !chunks_.empty() && chunks_.front()->landing;
+  const bool history = !chunks_.empty() && chunks_.front()->history;
   return chunks_.capacity() * sizeof(void*) + free_.capacity() * sizeof(uint32_t) +
          chunks_.size() * (sizeof(Chunk) + (extended ? kChunk * sizeof(float) : 0) +
-                           (landing ? kChunk * sizeof(uint32_t) : 0));
+                           (landing ? kChunk * sizeof(uint32_t) : 0) +
+                           (history ? kChunk * sizeof(LightHistory) : 0));
 }
 
 size_t SegmentStore::live() const {

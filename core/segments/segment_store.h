@@ -11,6 +11,7 @@
 #include "base/vec.h"
 #include "scene/scene.h"
 #include "segments/hit_slots.h"
+#include "segments/light_history.h"
 
 namespace deltalux::segments {
 
@@ -71,6 +72,7 @@ struct ScanGrid {
 struct Extras {
   bool extended = false;  ///< distance to the second hit
   bool landing = false;   ///< cell where it ends, see gather/cells/cells.h
+  bool history = false;   ///< LightHistory: else it is direct at bounce 0, and indirect later
 };
 
 /// The segments of one bounce of all paths.
@@ -81,8 +83,9 @@ class BounceSegments {
     Segment segment[kChunk];
     uint32_t low[kChunk], high[kChunk];  ///< cell boxes
     HitSlots slots[kChunk];
-    std::unique_ptr<float[]> extended;    ///< see Extras
-    std::unique_ptr<uint32_t[]> landing;  ///< see Extras
+    std::unique_ptr<float[]> extended;        ///< see Extras
+    std::unique_ptr<uint32_t[]> landing;      ///< see Extras
+    std::unique_ptr<LightHistory[]> history;  ///< see Extras
   };
 
   /// Number of slots, including free ones.
@@ -103,6 +106,14 @@ class BounceSegments {
   uint32_t landing(uint32_t slot) const {
     DELTALUX_ASSERT(chunk(slot).landing);
     return chunk(slot).landing[slot % kChunk];
+  }
+  LightHistory& history(uint32_t slot) {
+    DELTALUX_ASSERT(chunk(slot).history);
+    return chunk(slot).history[slot % kChunk];
+  }
+  LightHistory history(uint32_t slot) const {
+    DELTALUX_ASSERT(chunk(slot).history);
+    return chunk(slot).history[slot % kChunk];
   }
   /// The distance to the second hit, or the length if that is not kept.
   float extended_or_length(uint32_t slot) const {
@@ -147,6 +158,10 @@ class SegmentStore {
   const ScanGrid& grid() const { return grid_; }
   const Extras& extras() const { return extras_; }
   bool with_extended() const { return extras_.extended; }
+  LightHistory history(uint32_t bounce, uint32_t slot) const {
+    if (extras_.history) return bounces_[bounce].history(slot);
+    return bounce ? LightHistory::indirect : LightHistory::direct;
+  }
   std::vector<BounceSegments>& bounces() { return bounces_; }
   const std::vector<BounceSegments>& bounces() const { return bounces_; }
   BounceSegments& bounce(size_t bounce) {

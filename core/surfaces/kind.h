@@ -32,7 +32,8 @@ struct Point {
 
 /// A surface as its material describes it. Its behaviour is defined by its kind.
 struct Surface {
-  /// Mean over the surface, per channel. Edits change it.
+  /// Factor on all light that it sends back, per channel: the mean over the surface. Edits change
+  /// it.
   Vec3f reflectance{};
   Vec3f emission{};  ///< radiance per channel, the same everywhere
   bool two_sided = false;
@@ -40,14 +41,21 @@ struct Surface {
   std::vector<float> parameters{};  ///< additional parameters of its kind
   std::string name{};               ///< for messages
 
-  /// The reflectance at a point, in [0, 1].
-  Vec3f reflectance_at(const Point& at) const;
+  /// Whether some of its points reflect otherwise than `reflectance`, diffusely.
+  bool varies() const;
+  /// The diffuse reflectance at a point, in [0, 1].
+  Vec3f diffuse_at(const Point& at) const;
   /// Whether its reflectance could be `mean`: whether it would then exceed 1 nowhere.
   bool admits(Vec3f mean) const;
 };
 
 /// Random numbers of a bounce have these dimensions. A kind that needs more counts on from kMore.
 enum Dimension : uint32_t { kScatterU, kScatterV, kSurvive, kMore };
+
+/// What becomes of light at a surface. Diffuse light goes on in all directions, so that cells send
+/// it; in the other lobe it goes on in the directions that its own direction leaves, so that who
+/// follows it back has to go on, too.
+enum class Lobe : uint8_t { diffuse, specular };
 
 /// The random numbers of one bounce of a path, by dimension.
 class BounceRandom {
@@ -74,6 +82,14 @@ struct Departure {
   Vec3f normal;      ///< unit, on the side on which the path leaves
   Vec3f direction;   ///< unit
   Vec3d throughput;  ///< factors on the path's power, per channel; none exceeds 1
+  Lobe lobe = Lobe::diffuse;
+};
+
+/// How a ray that follows light back goes on from a surface, in a lobe that is not diffuse.
+struct Onward {
+  Vec3f normal;     ///< unit, on the side on which it leaves
+  Vec3f direction;  ///< unit
+  Vec3f factor;     ///< on the light from there, per channel, without Surface::reflectance
 };
 
 /// What a surface's answers depend on, beside the surface itself.
@@ -95,14 +111,26 @@ class Kind {
   /// through. Not asked if the surface is opaque.
   virtual bool stops(const Surface& surface, const Point& at) const = 0;
 
-  /// The reflectance at a point, relative to the surface's mean. Not asked if the kind reads
-  /// nothing: it is 1 then.
+  /// The diffuse reflectance at a point, relative to the surface's mean. Not asked unless
+  /// Surface::varies(): it is 1 then.
   virtual Vec3f share(const Surface& surface, const Point& at) const = 0;
-  /// Upper bound of share().
+  /// Upper bound of all that any point reflects, in whatever lobe, relative to the surface's mean.
   virtual Vec3f max_share(const Surface& surface) const = 0;
 
-  /// Decides whether a path goes on, and how; a pure function of its arguments. On average over all
-  /// random numbers, paths carry on as much power as the surface reflects.
+  /// Whether it has another lobe than the diffuse one. A function of the parameters alone.
+  virtual bool has_specular(const Surface&) const { return false; }
+  /// The probability with which a ray that follows light back takes that lobe at this point. No
+  /// edit changes it, so that edits of reflectances leave rays as they are.
+  virtual float specular_chance(const Surface&, const Point&) const { return 0; }
+  /// How such a ray goes on, for random numbers u and v. False: it ends in nothing. The factor
+  /// includes 1 / specular_chance().
+  virtual bool follow_back(const Surface&, const Arrival&, float u, float v, Onward& out) const {
+    (void)u, (void)v, (void)out;
+    return false;
+  }
+
+  /// Decides whether a path goes on, how, and in which lobe; a pure function of its arguments. On
+  /// average over all random numbers, paths carry on as much power as the surface reflects.
   virtual bool scatter(const Surface& surface, const Arrival& arrival, const BounceRandom& random,
                        Departure& out) const = 0;
   /// Upper bound of the throughput in scatter() at a path's first hit.
@@ -115,8 +143,12 @@ class Kind {
   Reads reads_;
 };
 
-inline Vec3f Surface::reflectance_at(const Point& at) const {
-  if (kind->reads() == Reads::nothing) return reflectance;
+inline bool Surface::varies() const {
+  return kind->reads() != Reads::nothing || kind->has_specular(*this);
+}
+
+inline Vec3f Surface::diffuse_at(const Point& at) const {
+  if (!varies()) return reflectance;
   return min(product(reflectance, kind->share(*this, at)), Vec3f{1, 1, 1});
 }
 

@@ -94,6 +94,7 @@ Interaction Walk::scatter(const Flight& flight, uint32_t bounce, const Hit& hit)
                              random, out))
     return interaction;
   interaction.survives = true;
+  interaction.lobe = out.lobe;
   interaction.next.origin =
       leave_surface(flight.origin, w, hit, out.normal, scene_.slack_of(hit.primitive));
   interaction.next.direction = encode_direction(out.direction);

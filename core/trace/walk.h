@@ -29,6 +29,7 @@ struct Interaction {
   float extended = 0;
   uint32_t primitive = scene::kNone;
   bool survives = false;
+  surfaces::Lobe lobe = surfaces::Lobe::diffuse;  ///< in which it survives
   Flight next;
 };
 

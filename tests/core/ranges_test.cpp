@@ -259,17 +259,18 @@ TEST(Ranges, ChangesOfEveryBlockOfSamplesAreTold) {
   }
 }
 
-void expect_to_add_up(std::initializer_list<size_t> counts) {
+void expect_to_add_up(std::initializer_list<size_t> counts,
+                      const scene::Scene& scene = room_with_spot()) {
   for (const Options& chosen : some_options()) {
     Progress progress;
-    Session one(room_with_spot(), some_samples(), chosen);
+    Session one(scene, some_samples(), chosen);
     one.bake(progress);
     if (chosen.gather_rays) {
       EXPECT_EQ(one.state().rays.guiding.beams.size(), 1u);
     }
     std::vector<std::unique_ptr<Ranges>> shared;
     for (const size_t count : counts)
-      shared.push_back(std::make_unique<Ranges>(room_with_spot(), chosen, count));
+      shared.push_back(std::make_unique<Ranges>(scene, chosen, count));
     for (const auto& ranges : shared) {
       ranges->bake();
       ranges->expect_those_of(one);
@@ -289,6 +290,8 @@ void expect_to_add_up(std::initializer_list<size_t> counts) {
 TEST(Ranges, AddUpToASessionWithAllPaths) { expect_to_add_up({3}); }
 
 TEST(Ranges, AddUpToASessionWithAllPathsSlow) { expect_to_add_up({1, 2, 16, 4}); }
+
+TEST(Ranges, AddUpWhereMirrorsAre) { expect_to_add_up({2}, room_with_mirrors()); }
 
 TEST(Ranges, EachUpdatesAsItRecomputes) {
   Progress progress;

@@ -3,6 +3,7 @@
 #pragma once
 #include "direct_world.h"
 #include "lights/kinds.h"
+#include "mirror.h"
 #include "session/session.h"
 
 namespace deltalux::session {
@@ -34,6 +35,17 @@ inline scene::Scene room_with_spot() {
   spot.intensity = {4000, 3000, 2000};
   spot.parameters = {0.001f, 0.003f};
   scene.lights = {spot};
+  scene.finish();
+  return scene;
+}
+
+/// The room with a spot, a mirror on a wall, and a block that mirrors half of what it reflects.
+inline scene::Scene room_with_mirrors() {
+  scene::Scene scene = room_with_spot();
+  scene.materials.push_back(surfaces::mirror({0.9f, 0.8f, 0.7f}));
+  scene.materials.push_back(surfaces::mirror({0.6f, 0.6f, 0.8f}, 0.5f));
+  direct::add_quad(scene.objects[0], {0.01f, 0.4f, 1}, {0, 2, 0}, {0, 0, 2}, 2);
+  for (uint32_t& own : scene.objects[1].material) own = 3;
   scene.finish();
   return scene;
 }

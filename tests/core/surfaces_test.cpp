@@ -7,6 +7,7 @@
 #include <numbers>
 #include <string>
 
+#include "ball.h"
 #include "base/error.h"
 #include "gather/cells/cells.h"
 #include "memory_archive.h"
@@ -38,7 +39,7 @@ TEST(Surfaces, PathsCarryOnWhatIsReflected) {
           cosines += double(dot(out.normal, out.direction)) * out.throughput.x;
           sum = sum + out.throughput, most = max(most, out.throughput);
         }
-        const Vec3f expected = surface.reflectance_at(at);
+        const Vec3f expected = surface.diffuse_at(at);
         const Vec3d bound = surface.kind->max_throughput(surface);
         for (int c = 0; c < 3; ++c) {
           EXPECT_NEAR(sum[c] / kCount, expected[c], 0.01 * expected[c]) << surface.kind->name();
@@ -212,31 +213,6 @@ TEST(Surfaces, OfConstantReflectanceNeedNoShares) {
   const gather::Cells cells(scene, trace::RayCaster(scene, progress), 1);
   for (uint32_t cell = 0; cell < cells.size(); ++cell)
     EXPECT_EQ(cells.share(cell), (Vec3f{1, 1, 1}));
-}
-
-/// A ball of radius 1 about the origin, each of whose triangles has a stripe of its own.
-scene::Object ball() {
-  scene::Object out;
-  out.name = "ball";
-  constexpr int kRings = 24, kColumns = 48;
-  const auto at = [&](int ring, int column) {
-    const double theta = kPi * ring / kRings, phi = 2 * kPi * column / kColumns;
-    return Vec3f(
-        Vec3d{std::sin(theta) * std::cos(phi), std::cos(theta), std::sin(theta) * std::sin(phi)});
-  };
-  const auto add = [&](Vec3f a, Vec3f b, Vec3f c) {
-    const uint32_t first = uint32_t(out.vertices.size());
-    out.vertices.insert(out.vertices.end(), {a, b, c});
-    out.triangles.push_back({first, first + 1, first + 2});
-    out.material.push_back(0), out.group.push_back(0);
-    out.texture.push_back({{{0, 0.75f}, {1, 0.75f}, {0, 0.75f}}});
-  };
-  for (int i = 0; i < kRings; ++i)
-    for (int k = 0; k < kColumns; ++k) {
-      if (i > 0) add(at(i, k), at(i + 1, k), at(i, k + 1));
-      if (i + 1 < kRings) add(at(i + 1, k), at(i + 1, k + 1), at(i, k + 1));
-    }
-  return out;
 }
 
 // Every point of a ball sees all others alike, so the irradiance inside is the same everywhere:

@@ -15,7 +15,7 @@ constexpr double kMinPoints = 4, kMaxPoints = 1 << 20;  // points on a triangle
 constexpr uint64_t kCheck = 1 << 14;                    // points between checks for cancellation
 
 bool varies(const scene::Scene& scene, const BodyCells::Triangle& triangle) {
-  return scene.materials[triangle.material].kind->reads() != surfaces::Reads::nothing;
+  return scene.materials[triangle.material].varies();
 }
 
 }  // namespace

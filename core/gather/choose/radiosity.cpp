@@ -14,9 +14,8 @@ float radiosity_at(const Present& present, const Evaluation& evaluation, Vec3f o
   float sum = evaluation.brightness(cell);
   if (present.suns.lights().empty()) return sum;
   const direct::Receiver at = present.landing(origin, w, hit);
-  const Vec3f reflectance =
-      present.scene.material_of(hit.primitive)
-          .reflectance_at(present.scene.point_on(hit.primitive, hit.u, hit.v));
+  const Vec3f reflectance = present.scene.material_of(hit.primitive)
+                                .diffuse_at(present.scene.point_on(hit.primitive, hit.u, hit.v));
   for (const uint32_t number : present.suns.lights()) {
     const lights::Punctual& sun = present.lights[number].punctual;
     const auto share = float(sun.kind->irradiance(sun, at.point, at.normal, at.slack()));

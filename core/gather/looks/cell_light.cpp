@@ -11,23 +11,42 @@ namespace {
 constexpr size_t kGrain = 1024;
 constexpr double kSteps = 65535;
 
-/// Landed power, with the present dimming.
-double landed(const CellState& state, uint32_t cell, uint32_t batch, size_t channel) {
+/// Landed power, for these units of the groups.
+double landed(const CellState& state, std::span<const double> units, uint32_t cell, uint32_t batch,
+              size_t channel) {
   double sum = 0;
   for (uint32_t g = 0; g < state.sums.groups; ++g)
-    sum += state.units[g] * double(state.sums.quanta[state.sums.at(cell, g, batch) + channel]);
+    sum += units[g] * double(state.sums.quanta[state.sums.at(cell, g, batch) + channel]);
   return sum;
+}
+
+/// The area on which light lands.
+double bare_area(const CellState& state, uint32_t cell, float bare) {
+  return double(state.cells.area(cell)) * double(bare);
 }
 
 /// Radiosity per landed power; 0 for a cell without area.
 Vec3d unit_of(const CellState& state, uint32_t cell, float bare) {
-  const double area = double(state.cells.area(cell)) * double(bare);
+  const double area = bare_area(state, cell, bare);
   if (!(area > 0)) return {};
   const Vec3f reflectance = surfaces::product(
       state.scene.materials[state.cells.material(cell)].reflectance, state.cells.share(cell));
   Vec3d unit;
   for (int c = 0; c < 3; ++c) unit[c] = double(reflectance[c]) / area;
   return unit;
+}
+
+/// Irradiance by caustics; 0 for a cell without area.
+CellLight::Radiosity caustic(const CellState& state, uint32_t cell, float bare) {
+  const double area = bare_area(state, cell, bare);
+  CellLight::Radiosity out{};
+  if (!(area > 0)) return out;
+  for (size_t c = 0; c < 3; ++c) {
+    double sum = 0;
+    for (uint32_t k = 0; k < kParts; ++k) sum += landed(state, state.caustic_units, cell, k, c);
+    out[c] = float(sum / area);
+  }
+  return out;
 }
 
 }  // namespace
@@ -64,6 +83,7 @@ void CellLight::renew(const CellState& state, const Workers& workers) {
   const bool all = reflectance != reflectance_ || units != units_;
   if (all) reflectance_.clear();  // if memory runs out below, the next call renews all cells
   radiosity_.resize(count);
+  caustics_.resize(state.caustic_units.empty() ? 0 : count);
   bare_.resize(count);
   workers.for_blocks(count, kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
@@ -73,9 +93,10 @@ void CellLight::renew(const CellState& state, const Workers& workers) {
       const Vec3d unit = unit_of(state, cell, bare);
       for (size_t c = 0; c < 3; ++c) {
         double sum = 0;
-        for (uint32_t k = 0; k < kParts; ++k) sum += landed(state, cell, k, c);
+        for (uint32_t k = 0; k < kParts; ++k) sum += landed(state, state.units, cell, k, c);
         radiosity_[i][c] = float(sum * unit[int(c)]);
       }
+      if (!caustics_.empty()) caustics_[i] = caustic(state, cell, bare);
       bare_[i] = bare;
       state.sums.touched[i] = 0;
     }
@@ -93,7 +114,8 @@ std::vector<CellBatches> batches_of(const CellState& state, const Workers& worke
       double batch[3][kParts], most = 0;
       for (size_t c = 0; c < 3; ++c)
         for (uint32_t k = 0; k < kParts; ++k)
-          most = std::max(most, batch[c][k] = landed(state, cell, k, c) * unit[int(c)] * kParts);
+          most = std::max(
+              most, batch[c][k] = landed(state, state.units, cell, k, c) * unit[int(c)] * kParts);
       if (!(most > 0) || !std::isfinite(most)) continue;
       out[i].step = float(most / kSteps);
       for (size_t c = 0; c < 3; ++c)

@@ -38,6 +38,8 @@ struct CellState {
   const Coverage& coverage;
   CellSums& sums;
   std::span<const double> units;  ///< present power per quantum, by group of the sums
+  /// The same of caustics alone; empty where cells do not sum these.
+  std::span<const double> caustic_units{};
 };
 
 /// The radiosity of all cells, kept between reads, so that an update costs only what it changed.
@@ -48,16 +50,21 @@ class CellLight {
   /// reflectances.
   void renew(const CellState& state, const Workers& workers);
   /// Takes over the radiosity of all cells as another session computed it; renew() must not follow.
-  void take(std::vector<Radiosity> radiosity) { radiosity_ = std::move(radiosity); }
+  void take(std::vector<Radiosity> radiosity, std::vector<Radiosity> caustics) {
+    radiosity_ = std::move(radiosity), caustics_ = std::move(caustics);
+  }
   const Radiosity& operator[](uint32_t cell) const { return radiosity_[cell]; }
   std::span<const Radiosity> all() const { return radiosity_; }
+  /// Irradiance by caustics alone, by cell; empty where cells do not sum these.
+  const std::vector<Radiosity>& caustics() const { return caustics_; }
   static size_t forecast_bytes(size_t cells) { return cells * (sizeof(Radiosity) + sizeof(float)); }
   size_t bytes() const {
-    return radiosity_.capacity() * sizeof(Radiosity) + bare_.capacity() * sizeof(float);
+    return (radiosity_.capacity() + caustics_.capacity()) * sizeof(Radiosity) +
+           bare_.capacity() * sizeof(float);
   }
 
  private:
-  std::vector<Radiosity> radiosity_;
+  std::vector<Radiosity> radiosity_, caustics_;
   std::vector<float> bare_;  // by cell: the value of Coverage::bare at the last renewal
   std::vector<Vec3f> reflectance_;
   std::vector<double> units_;

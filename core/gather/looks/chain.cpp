@@ -3,6 +3,7 @@
 #include "gather/looks/chain.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "base/random.h"
 #include "trace/scatter.h"
@@ -15,7 +16,10 @@ enum : uint32_t {
   kLightV,
   kTurnU,
   kTurnV,
-  kStays
+  kStays,
+  kLobe,
+  kLobeU,
+  kLobeV
 };  // dimensions of a vertex's random numbers
 
 constexpr Vec3f kMaxShare{Vertex::kMaxShare, Vertex::kMaxShare, Vertex::kMaxShare};
@@ -36,51 +40,92 @@ ChainTracer::ChainTracer(const Present& present, const CellFinder& finder, uint6
           present.scene.group_count, seed),
       seed_(mix64(seed ^ 0x636861696e212121ull)) {}
 
+ChainTracer::Taken ChainTracer::take_lobe(const PathRandom& random, uint32_t touched,
+                                          const trace::Hit& hit, Vec3f& origin, Vec3f& w,
+                                          Vec3f& share, Chain& chain) const {
+  const scene::Scene& scene = present_.scene;
+  const scene::Material& surface = scene.material_of(hit.primitive);
+  const surfaces::Arrival arrival{w, hit.normal, scene.point_on(hit.primitive, hit.u, hit.v)};
+  const float chance = surface.kind->specular_chance(surface, arrival.at);
+  if (!(random(touched, kLobe) < chance)) {
+    share = min(share * (1 / (1 - chance)), kMaxShare);
+    return Taken::diffuse;
+  }
+  chain.vertex[chain.count++] = {scene.material_index(hit.primitive), scene::kNone, {}};
+  surfaces::Onward out;
+  if (!surface.kind->follow_back(surface, arrival, random(touched, kLobeU), random(touched, kLobeV),
+                                 out))
+    return Taken::nothing;
+  share = min(surfaces::product(share, out.factor), kMaxShare);
+  origin = trace::leave_surface(origin, w, hit, out.normal, scene.slack_of(hit.primitive));
+  w = out.direction;
+  return Taken::specular;
+}
+
 Chain ChainTracer::trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w,
-                         const trace::Hit& met) const {
+                         const trace::Hit& met, uint32_t cell) const {
   const scene::Scene& scene = present_.scene;
   const PathRandom random(seed_, key);
   const float beyond = scene.beyond();
   Chain chain;
   chain.footprint.near.grow(origin);
+  chain.footprint.from = origin, chain.footprint.to = origin + w * met.t;
   trace::Hit hit = met;
   Vec3f share{1, 1, 1};  // product over the vertices
-  for (;;) {
-    Vertex& vertex = chain.vertex[chain.count];
-    const direct::Receiver at = present_.landing(origin, w, hit);
-    chain.footprint.near.grow(at.point);
-    vertex.material = scene.material_index(hit.primitive);
+  for (uint32_t touched = 0;;) {
     const auto draw = [&](uint32_t u, uint32_t v) {
-      return chain.count ? Draw{random(chain.count, u), random(chain.count, v)} : first;
+      return touched ? Draw{random(touched, u), random(touched, v)} : first;
     };
-    one_light_.ask(present_.caster, at, draw(kLightU, kLightV), vertex);
-    share = min(surfaces::product(share, scene.share_at(hit.primitive, hit.u, hit.v)), kMaxShare);
-    for (size_t c = 0; c < 3; ++c) vertex.direct[c] *= chain.weight * share[int(c)];
-    origin = trace::leave_surface(origin, w, hit, at.normal, at.plane);
-    const DirectionSampler sampler(guides_, present_.beams, origin, at.normal);
-    const Draw turned = draw(kTurnU, kTurnV);
-    const Aim aim = sampler.draw(turned[0], turned[1], chain.in_beam);
-    w = aim.w;
+    const direct::Receiver at = present_.landing(origin, w, hit);
+    const Taken taken =
+        goes_on_at(hit) ? take_lobe(random, touched, hit, origin, w, share, chain) : Taken::diffuse;
+    if (taken == Taken::diffuse && hit.t >= present_.cells.near(cell)) {
+      finish(draw(kLightU, kLightV), at, hit, cell, share, chain);
+      return chain;
+    }
+    chain.footprint.near.grow(at.point);
+    std::optional<DirectionSampler> sampler;
+    Aim aim{w};
+    if (taken == Taken::diffuse) {
+      share = min(surfaces::product(share, scene.share_at(hit.primitive, hit.u, hit.v)), kMaxShare);
+      touch(draw(kLightU, kLightV), at, hit, cell, share, chain);
+      origin = trace::leave_surface(origin, w, hit, at.normal, at.plane);
+      sampler.emplace(guides_, present_.beams, origin, at.normal);
+      const Draw turned = draw(kTurnU, kTurnV);
+      aim = sampler->draw(turned[0], turned[1], chain.in_beam);
+      w = aim.w;
+    }
     // A ray that misses the point that it aims for ends here, but follows it when it moves.
     chain.footprint.from = origin;
     chain.footprint.to = aim.point ? aim.point->at : origin;
-    ++chain.count;
-    if (chain.count == kMaxTouched ||
-        (chain.count > kSurely && !(random(chain.count, kStays) < kGoesOn)) || w == Vec3f{})
+    ++touched;
+    if (touched == kMaxTouched || (touched > kSurely && !(random(touched, kStays) < kGoesOn)) ||
+        w == Vec3f{} || taken == Taken::nothing)
       return chain;
     hit = present_.caster.closest(origin, w);
     if (aim.point && !(hit.valid() && aim.point->is_met(origin, w, hit))) return chain;
     chain.footprint.to = origin + w * (hit.valid() ? hit.t : beyond);
     if (!hit.valid()) return chain;
-    const direct::Receiver next = present_.landing(origin, w, hit);
-    chain.weight *= sampler.weight(aim, hit.t, next, present_.caster, chain.in_beam);
-    const uint32_t cell = finder_.find(hit.primitive, origin, w, hit.t);
+    if (sampler)
+      chain.weight *= sampler->weight(aim, hit.t, present_.landing(origin, w, hit), present_.caster,
+                                      chain.in_beam);
+    cell = finder_.find(hit.primitive, origin, w, hit.t);
     if (cell == kNoCell) return chain;
-    if (hit.t >= present_.cells.near(cell)) {
-      finish(draw(kLightU, kLightV), next, hit, cell, share, chain);
-      return chain;
-    }
   }
+}
+
+void ChainTracer::touch(const Draw& draw, const direct::Receiver& at, const trace::Hit& hit,
+                        uint32_t cell, Vec3f share, Chain& chain) const {
+  const scene::Scene& scene = present_.scene;
+  const uint32_t material = scene.material_index(hit.primitive);
+  const std::array<float, 3> factor{chain.weight * share.x, chain.weight * share.y,
+                                    chain.weight * share.z};
+  if (scene.has_specular())
+    chain.vertex[chain.count++] = {material | Vertex::kCaustic, cell, factor};
+  Vertex& vertex = chain.vertex[chain.count++];
+  vertex.material = material;
+  one_light_.ask(present_.caster, at, draw, vertex);
+  for (size_t c = 0; c < 3; ++c) vertex.direct[c] *= factor[c];
 }
 
 void ChainTracer::finish(const Draw& draw, const direct::Receiver& at, const trace::Hit& hit,

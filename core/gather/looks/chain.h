@@ -43,9 +43,9 @@ struct Present {
 
 /// Vertices at hits; a chain that reaches this number ends in nothing.
 inline constexpr uint32_t kMaxTouched = 16;
-/// A chain that ends in a cell gets up to three more: for reflectances that vary, and for the
-/// direct light of a beam and of a sun at the end.
-inline constexpr uint32_t kMaxVertices = kMaxTouched - 1 + 3;
+/// Each may have another one before it, for caustics. A chain that ends in a cell gets up to three
+/// more: for reflectances that vary, and for the direct light of a beam and of a sun at the end.
+inline constexpr uint32_t kMaxVertices = 2 * kMaxTouched - 1 + 3;
 inline constexpr uint32_t kDark = kNoCell;  // where a ray meets nothing
 
 /// From the third vertex on, chains continue with the probability kGoesOn. It is fixed, since
@@ -72,14 +72,28 @@ struct Chain {
 class ChainTracer {
  public:
   ChainTracer(const Present& present, const CellFinder& finder, uint64_t seed);
-  /// Continues from the first hit, which is near. `key`: random key of the ray; `first`: random
-  /// numbers for the light at that hit.
-  Chain trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w, const trace::Hit& hit) const;
+  /// Continues from the first hit, in `cell`, which is near or has a lobe that is not diffuse.
+  /// `key`: random key of the ray; `first`: random numbers for the light at that hit.
+  Chain trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w, const trace::Hit& hit,
+              uint32_t cell) const;
+  /// Whether rays that meet this go on, however far it is.
+  bool goes_on_at(const trace::Hit& hit) const {
+    return present_.scene.has_specular() && present_.scene.has_specular(hit.primitive);
+  }
   /// Makes a chain that ends at the first hit, in `cell`, which is far. It has vertices only for
   /// beams and suns.
   Chain end(const Draw& first, Vec3f origin, Vec3f w, const trace::Hit& hit, uint32_t cell) const;
 
  private:
+  /// Goes on from a hit in its specular lobe, if the ray takes it: adds a vertex, and changes ray
+  /// and share. Otherwise the share allows for that the ray might have.
+  enum class Taken : uint8_t { diffuse, specular, nothing };
+  Taken take_lobe(const PathRandom& random, uint32_t touched, const trace::Hit& hit, Vec3f& origin,
+                  Vec3f& w, Vec3f& share, Chain& chain) const;
+  /// Adds the vertex of a near hit, with its direct light and caustics. `share`: up to there, its
+  /// own included.
+  void touch(const Draw& draw, const direct::Receiver& at, const trace::Hit& hit, uint32_t cell,
+             Vec3f share, Chain& chain) const;
   /// Sets the chain's end, and adds vertices: for the shares of the reflectance up to there,
   /// and for the direct light of beams and suns at the end.
   void finish(const Draw& draw, const direct::Receiver& at, const trace::Hit& hit, uint32_t cell,

@@ -77,22 +77,24 @@ void ChainPool::send(uint32_t number, const Paint& paint) {
   if (!chains_[number].count) return;  // the chain's storage is free
   out.direct = {0, 0, 0}, out.through = {1, 1, 1};
   const std::span<const Vertex> own = vertices(number);
-  for (size_t i = 0; i < own.size(); ++i) {
-    const Vertex& vertex = own[i];
+  uint32_t touched = 0;  // points before this one
+  for (const Vertex& vertex : own) {
     if (vertex.is_share()) {
       for (size_t c = 0; c < 3; ++c) out.through[c] *= vertex.direct[c];
       continue;
     }
-    const bool is_end = vertex.is_of_end();
-    const Vec3f reflectance = paint.reflectance[vertex.material & ~Vertex::kEnd];
+    const bool is_point = !vertex.is_of_end() && !vertex.is_caustic();
+    const Vec3f reflectance = paint.reflectance[vertex.material_index()];
     // The probability of continuation divides what comes from beyond the vertex, not the vertex's
     // own light.
-    const float goes_on = i < kSurely ? 1.0f : 1 / kGoesOn;
-    const float dim = paint.dim[std::min<size_t>(vertex.light, paint.dim.size() - 1)];
+    const float goes_on = touched < kSurely ? 1.0f : 1 / kGoesOn;
+    touched += is_point;
+    const float dim = paint.dim[std::min<size_t>(vertex.lamp(), paint.dim.size() - 1)];
     for (size_t c = 0; c < 3; ++c) {
       const float sent = out.through[c] * reflectance[int(c)];
-      out.direct[c] += sent * vertex.direct[c] * dim;
-      if (!is_end) out.through[c] = sent * goes_on;
+      const float light = vertex.is_caustic() ? paint.caustic(vertex.light, c) : dim;
+      out.direct[c] += sent * vertex.direct[c] * light;
+      if (is_point) out.through[c] = sent * goes_on;
     }
   }
   for (float& through : out.through) through *= out.weight;

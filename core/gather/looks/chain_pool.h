@@ -15,6 +15,11 @@ namespace deltalux::gather {
 struct Paint {
   std::vector<Vec3f> reflectance;  ///< by material
   std::vector<float> dim;          ///< by light, followed by a 0 for vertices without light
+  /// Irradiance by caustics, by cell; empty if there are none.
+  std::vector<std::array<float, 3>> caustics{};
+  float caustic(uint32_t cell, size_t channel) const {
+    return cell < caustics.size() ? caustics[cell][channel] : 0.0f;
+  }
   friend bool operator==(const Paint&, const Paint&) = default;
 };
 

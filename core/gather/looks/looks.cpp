@@ -99,14 +99,14 @@ class Looks::Caster {
     if (rays.has_guides())
       own.weight =
           rays.weight(ray, w, hit.t, present_.landing(o, w, hit), present_.caster, own.in_beam);
-    const bool far = hit.t >= present_.cells.near(own.target);
+    const bool far = hit.t >= present_.cells.near(own.target) && !chains_.goes_on_at(hit);
     if (far && !present_.beams.reach(own.target) &&
         !present_.suns.may_shine(trace::facing_normal(hit, w)))
       return;
     const Draw first = rays.beyond(ray);
-    const Chain chain =
-        far ? chains_.end(first, o, w, hit, own.target)
-            : chains_.trace(combine(present_.receivers[sample].key, ray), first, o, w, hit);
+    const Chain chain = far ? chains_.end(first, o, w, hit, own.target)
+                            : chains_.trace(combine(present_.receivers[sample].key, ray), first, o,
+                                            w, hit, own.target);
     own.in_beam |= chain.in_beam;
     if (!chain.count) return;
     own.target = kChain;

@@ -59,8 +59,15 @@ void check(const Vertex& vertex, const Present& present) {
         refuse(kVertices, "found a share no surface has");
     return;
   }
-  if ((vertex.material & ~Vertex::kEnd) >= present.scene.materials.size())
+  if (vertex.material_index() >= present.scene.materials.size())
     refuse(kVertices, "found a material that is not there");
+  if (vertex.is_caustic()) {
+    if (vertex.is_of_end() || vertex.light >= present.cells.size())
+      refuse(kVertices, "found caustics of a cell that is not there");
+    for (float factor : vertex.direct)
+      if (!(factor >= 0 && factor <= kBrightest)) refuse(kVertices, "found a factor no chain has");
+    return;
+  }
   const bool lit = vertex.light != scene::kNone;
   if (lit && vertex.light >= present.lights.size())
     refuse(kVertices, "found a light that is not there");

@@ -99,14 +99,14 @@ bool StaleRays::touches(uint32_t chain, bool apart) const {
     const uint32_t end = looks_.chains().end(chain);
     return is_own(end) || present_.beams.reach(end) & placed_ ||
            std::any_of(vertices.begin(), vertices.end(), [&](const Vertex& vertex) {
-             return vertex.light != scene::kNone && test_.touches_light(vertex.light, own.to);
+             return vertex.lamp() != scene::kNone && test_.touches_light(vertex.lamp(), own.to);
            });
   }
   // Which of the lights a vertex asks depends on all lights.
   return lights_ || test_.touches(own, [&](const auto& visit) {
     for (const Vertex& vertex : vertices)
-      if (vertex.light != scene::kNone && (vertex.is_of_end() || !apart))
-        visit(vertex.light, vertex.is_of_end());
+      if (vertex.lamp() != scene::kNone && (vertex.is_of_end() || !apart))
+        visit(vertex.lamp(), vertex.is_of_end());
   });
 }
 

@@ -15,6 +15,9 @@ namespace deltalux::gather {
 struct Vertex {
   /// Flag in `material`: the vertex is the far end of the chain itself.
   static constexpr uint32_t kEnd = 0x80000000u;
+  /// Flag in `material`: the vertex is that of the next one, but for its light: caustics, which the
+  /// cell there sums. `light` is the cell, `direct` the factors on its irradiance by them.
+  static constexpr uint32_t kCaustic = 0x20000000u;
   /// Value of `material`: this is no point; `direct` holds factors on light from beyond.
   static constexpr uint32_t kShare = 0x40000000u;
   /// Bound of such factors, so that sums stay finite; no scene comes near it.
@@ -27,6 +30,10 @@ struct Vertex {
   std::array<float, 3> direct{};
   bool is_of_end() const { return material & kEnd; }
   bool is_share() const { return material == kShare; }
+  bool is_caustic() const { return material & kCaustic; }
+  uint32_t material_index() const { return material & ~(kEnd | kCaustic); }
+  /// The lamp that it asked; kNone: none.
+  uint32_t lamp() const { return is_caustic() ? scene::kNone : light; }
   friend bool operator==(const Vertex&, const Vertex&) = default;
 };
 

@@ -11,13 +11,13 @@ std::vector<double> choice_factors(const State& s) {
   const gather::CellSums& sums = s.cells.sums;
   std::vector<double> full(s.scene.group_count);  // landed power, undimmed
   double present = 0;
-  for (uint32_t g = 0; g < sums.groups; ++g) {
+  for (uint32_t g = 0; g < s.sum_groups.size(); ++g) {
     const SumGroup& own = s.sum_groups[g];
     if (s.merged(own.group)) continue;  // their power holds their factors
     double landed = 0;
     for (uint32_t cell = 0; cell < s.cells.division.size(); ++cell)
       for (size_t k = 0; k < 3 * size_t(kBatches); ++k)
-        landed += double(sums.quanta[sums.at(cell, g, 0) + k]);
+        landed += double(sums.quanta[sums.at(cell, s.cell_group(g, false), 0) + k]);
     full[own.group] += landed * s.scale.of(own.finer);
     present += landed * s.sum_unit(g);
   }

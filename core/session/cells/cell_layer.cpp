@@ -41,7 +41,7 @@ void CellLayer::shrink() noexcept {
 void CellLayer::lay_out_sums() {
   if (!world.gathers()) return;
   sums.batches = kBatches;
-  sums.set_groups(uint32_t(world.sum_groups.size()));
+  sums.set_groups(world.cell_groups());
   sums.quanta.resize(sums.at(division.size(), 0, 0), 0);
   sums.touched.resize(division.size(), 1);
 }
@@ -59,8 +59,12 @@ void CellLayer::touch_all() { std::fill(sums.touched.begin(), sums.touched.end()
 
 void CellLayer::renew_light() {
   if (!world.evaluates()) return;
-  const std::vector<double> units = world.sum_units();
-  light.renew(state(units), world.workers);
+  const std::vector<double> units = world.cell_units();
+  std::vector<double> caustics;
+  if (world.has_caustics()) caustics = world.cell_units(true);
+  gather::CellState now = state(units);
+  now.caustic_units = caustics;
+  light.renew(now, world.workers);
 }
 
 Vec3d CellLayer::power_of_one_path() const {

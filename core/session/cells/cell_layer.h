@@ -29,7 +29,8 @@ struct CellLayer {
   void grow(const Progress& progress);
   /// Removes those of objects and light groups that a failed edit had added.
   void shrink() noexcept;
-  /// Gives each present cell its sums, see World::sum_groups; new ones are 0 and count as touched.
+  /// Gives each present cell its sums, see World::cell_groups(); new ones are 0 and count as
+  /// touched.
   void lay_out_sums();
   /// Finds what objects in contact cover of cells; update(): where this edit changed it.
   void cover(Progress& progress);
@@ -38,7 +39,7 @@ struct CellLayer {
   void touch_all();
   /// Brings `light` up to date. In a session with a part of the paths it stays as it was told.
   void renew_light();
-  /// `units`: World::sum_units(), to which the result refers.
+  /// `units`: World::cell_units(), to which the result refers.
   gather::CellState state(std::span<const double> units) {
     return {world.scene, division, coverage, sums, units};
   }

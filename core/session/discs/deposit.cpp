@@ -76,7 +76,6 @@ void Deposit::add_all(Progress& progress) {
 
 void Deposit::for_slabs(uint32_t bounce, std::span<const uint32_t> slots,
                         const std::function<void(std::span<const uint32_t>)>& body) {
-  const BounceSegments& stored = paths_.store.bounce(bounce);
   if (world_.workers.threads() == 1) {
     for (size_t begin = 0; begin < slots.size(); begin += kGrain)
       body(slots.subspan(begin, std::min(kGrain, slots.size() - begin)));
@@ -87,7 +86,7 @@ void Deposit::for_slabs(uint32_t bounce, std::span<const uint32_t> slots,
   std::vector<uint16_t> bin(slots.size());
   world_.workers.for_blocks(slots.size(), 4096, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i)
-      if (!counts(bounce, stored.at(slots[i]), bin[i])) bin[i] = uint16_t(bins - 1);
+      if (!counts(bounce, slots[i], bin[i])) bin[i] = uint16_t(bins - 1);
   });
   std::vector<size_t> start(bins + 1);
   for (uint16_t b : bin) ++start[b + 1];
@@ -103,13 +102,16 @@ void Deposit::for_slabs(uint32_t bounce, std::span<const uint32_t> slots,
   });
 }
 
-bool Deposit::counts(uint32_t bounce, const Segment& segment, uint16_t& slab) const {
+bool Deposit::counts(uint32_t bounce, uint32_t slot, uint16_t& slab) const {
+  const Segment& segment = paths_.store.bounces()[bounce].at(slot);
   if (segment.length < 0) return false;
   DELTALUX_ASSERT(paths_.held.find(segment.path));
   const size_t light = world_.light_of(segment.path);
   // Gradients come from discs in sessions with a final gather, too.
   const bool gathered = world_.options.gather_rays && !sums_.moments;
-  if (bounce == 0 ? world_.light_sampled[light] != 0 : gathered) return false;
+  const segments::LightHistory history = paths_.store.history(bounce, slot);
+  if (history == segments::LightHistory::direct && world_.light_sampled[light]) return false;
+  if (history == segments::LightHistory::indirect && gathered) return false;
   const trace::Light& source = world_.lights[light];
   slab = uint16_t(source.sums * kBatches +
                   trace::batch_of(source, segment.path - source.first_path, kBatches));
@@ -140,7 +142,7 @@ void Deposit::gather_counting(SegmentBlock& block, uint32_t bounce,
     if (i + kAhead < slots.size()) __builtin_prefetch(&stored.at(slots[i + kAhead]));
     const Segment& segment = stored.at(slots[i]);
     uint16_t slab = 0;
-    if (counts(bounce, segment, slab)) gather(block, bounce, slots[i], segment, slab);
+    if (counts(bounce, slots[i], slab)) gather(block, bounce, slots[i], segment, slab);
   }
 }
 
@@ -196,7 +198,7 @@ void Deposit::remove(uint32_t bounce, std::span<const uint32_t> slots) {
       }
       const Segment& segment = stored.at(own[i]);
       uint16_t slab = 0;
-      if (!counts(bounce, segment, slab)) continue;
+      if (!counts(bounce, own[i], slab)) continue;
       if (!discs_.moving.empty()) gather(block, bounce, own[i], segment, slab);
       const HitSlots& hits = stored.slots(own[i]);
       if (hits.disc[0] == HitSlots::kMany) {

@@ -41,7 +41,7 @@ class Deposit {
   /// Segments unpacked into a structure of arrays.
   struct SegmentBlock;
   /// Whether the segment is deposited on discs at all; if so, sets the slab that it adds to.
-  bool counts(uint32_t bounce, const segments::Segment& segment, uint16_t& slab) const;
+  bool counts(uint32_t bounce, uint32_t slot, uint16_t& slab) const;
   /// Appends one segment to the block.
   void gather(SegmentBlock& block, uint32_t bounce, uint32_t slot, const segments::Segment& segment,
               uint16_t slab) const;

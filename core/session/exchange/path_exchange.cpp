@@ -142,7 +142,7 @@ PathChanges Exchange::path_changes() {
     out.since = told->edits;
   if (out.since != out.edits) out.ranges = {*s.options.range};
   told->edits = s.edits;
-  told->groups = uint32_t(s.sum_groups.size());
+  told->groups = s.cell_groups();
   if (first) s.discs.sum_marks.assign(s.discs.sums.empty() ? 0 : s.discs.mark_count(), 1);
   out.discs = take_discs(s, told->discs);
   if (s.gathers()) {

@@ -19,6 +19,7 @@ namespace {
 
 constexpr const char* kFactors = "choice.factors";      // of light groups
 constexpr const char* kRadiosity = "gather.radiosity";  // by cell, without direct light asked for
+constexpr const char* kCaustics = "gather.caustics";    // irradiance by cell, where there are any
 
 [[noreturn]] void refuse(const std::string& what) {
   throw OptionError("gather rays: found " + what + kSame);
@@ -48,6 +49,17 @@ void check_flights(const FirstFlights& flights, const std::vector<uint32_t>& lig
       (!flights.at.empty() && flights.at.back() >= lights.size() * cells * kBatches))
     throw OptionError("look: found first flights to " + std::to_string(flights.cells) +
                       " cells, or not in order, expected " + std::to_string(cells) + kSame);
+}
+
+/// Light of so many cells.
+std::vector<gather::CellLight::Radiosity> read_light(ArchiveSource& archive, const char* name,
+                                                     size_t cells) {
+  auto light = archive.read_all<gather::CellLight::Radiosity>(name, cells);
+  for (const gather::CellLight::Radiosity& own : light)
+    for (const float channel : own)
+      if (!(channel >= 0) || !std::isfinite(channel))
+        throw FormatError("\"" + std::string(name) + "\": found a negative or non-finite value");
+  return light;
 }
 
 /// Runs `choose`; if that throws, the session is as it was.
@@ -121,6 +133,7 @@ ArchiveView Exchange::save_look() const {
   ArchiveView archive;
   s.rays.guiding.save_samples(0, 0, archive);
   archive.append(kRadiosity, s.cells.light.all());
+  archive.append(kCaustics, std::span(s.cells.light.caustics()));
   archive.append(kFactors, looking().factors);
   return archive;
 }
@@ -161,13 +174,9 @@ void Exchange::join_look(ArchiveSource& archive) {
   if (!s.gathers()) throw OptionError("join_look: found a session that does not gather");
   gather::Guiding guiding;
   guiding.restore(archive, s.lights, 0, s.options.gather_rays);
-  auto radiosity =
-      archive.read_all<gather::CellLight::Radiosity>(kRadiosity, s.cells.division.size());
-  for (const gather::CellLight::Radiosity& own : radiosity)
-    for (const float channel : own)
-      if (!(channel >= 0) || !std::isfinite(channel))
-        throw FormatError("\"" + std::string(kRadiosity) +
-                          "\": found a negative or non-finite value");
+  const size_t cells = s.cells.division.size();
+  auto radiosity = read_light(archive, kRadiosity, cells);
+  auto caustics = read_light(archive, kCaustics, s.has_caustics() ? cells : 0);
   auto factors = archive.read_all<double>(kFactors, s.group_factor.size());
   for (const double factor : factors)
     if (!(factor >= 0) || !std::isfinite(factor))
@@ -176,7 +185,7 @@ void Exchange::join_look(ArchiveSource& archive) {
     refuse("other lights with shadow rays than ask_for() was told");
   s.rays.guiding = std::move(guiding);
   s.rays.place();
-  s.cells.light.take(std::move(radiosity));
+  s.cells.light.take(std::move(radiosity), std::move(caustics));
   s.sharing.joined_factors = std::move(factors);
 }
 

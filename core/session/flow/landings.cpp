@@ -18,6 +18,7 @@ Landings::Landings(State& state) : state_(state) {
   if (!state.gathers()) return;
   finder_.emplace(state.scene, state.cells.division);
   by_shadow_ray_ = state.rays.lights_by_shadow_ray();
+  caustics_ = state.has_caustics();
 }
 
 void Landings::note(segments::BounceSegments& stored, uint32_t slot) const {
@@ -40,13 +41,18 @@ void Landings::add(uint32_t bounce, std::span<const uint32_t> slots, int sign) c
       if (cell == gather::kNoCell) continue;
       DELTALUX_ASSERT(cell < sums.touched.size());
       const size_t number = state_.light_of(segment.path);
-      if (bounce == 0 && by_shadow_ray_[number]) continue;
+      const segments::LightHistory history = state_.paths.store.history(bounce, slots[i]);
+      if (history == segments::LightHistory::direct && by_shadow_ray_[number]) continue;
       const trace::Light& light = state_.lights[number];
-      const size_t at = sums.at(cell, light.sums,
-                                trace::batch_of(light, segment.path - light.first_path, kBatches));
-      for (size_t c = 0; c < 3; ++c)
-        std::atomic_ref(sums.quanta[at + c])
-            .fetch_add(sign * int64_t(segment.power[c]), std::memory_order_relaxed);
+      const uint32_t batch = trace::batch_of(light, segment.path - light.first_path, kBatches);
+      const auto add_to = [&](uint32_t group) {
+        const size_t at = sums.at(cell, group, batch);
+        for (size_t c = 0; c < 3; ++c)
+          std::atomic_ref(sums.quanta[at + c])
+              .fetch_add(sign * int64_t(segment.power[c]), std::memory_order_relaxed);
+      };
+      add_to(caustics_ ? 2 * light.sums : light.sums);
+      if (caustics_ && history == segments::LightHistory::caustic) add_to(2 * light.sums + 1);
       std::atomic_ref(sums.touched[cell]).store(1, std::memory_order_relaxed);
     }
   });
@@ -74,7 +80,7 @@ double Landings::share_lit_by(uint32_t light, std::span<const uint32_t> hits,
 
 void leave_out(const State& s, uint32_t light, const FirstFlights& flights,
                std::vector<int64_t>& quanta) {
-  const uint32_t group = s.lights[light].sums;
+  const uint32_t group = s.cell_group(s.lights[light].sums, false);
   flights.each_of(light, kBatches, [&](uint64_t place, const FirstFlights::Quanta& own) {
     const size_t at =
         s.cells.sums.at(uint32_t(place / kBatches), group, uint32_t(place % kBatches));

@@ -161,6 +161,7 @@ void PathUpdate::trace(uint32_t bounce, const Wavefront& wavefront,
   struct Child {
     trace::Flight flight;
     uint32_t parent;
+    surfaces::Lobe lobe;
   };
   std::vector<std::vector<Child>> born(blocks);
   state_.workers.for_blocks(slots.size(), kGrain, [&](size_t begin, size_t end) {
@@ -182,7 +183,7 @@ void PathUpdate::trace(uint32_t bounce, const Wavefront& wavefront,
       if (state_.paths.store.with_extended()) stored->extended(slot) = interaction.extended;
       landings_.note(*stored, slot);
       state_.paths.store.index(bounce, slot);
-      if (interaction.survives) own.push_back({interaction.next, slot});
+      if (interaction.survives) own.push_back({interaction.next, slot, interaction.lobe});
     }
   });
   size_t total = 0;
@@ -192,6 +193,7 @@ void PathUpdate::trace(uint32_t bounce, const Wavefront& wavefront,
   stored =
       &state_.paths.store.bounce(bounce);  // the line above may have moved the bounces in memory
   next.allocate(total, state_.paths.store.extras(), children);
+  const bool with_history = state_.paths.store.extras().history;
   size_t k = 0;
   for (const auto& own : born)
     for (const Child& child : own) {
@@ -202,6 +204,7 @@ void PathUpdate::trace(uint32_t bounce, const Wavefront& wavefront,
       std::copy(child.flight.power, child.flight.power + 3, segment.power);
       segment.path = child.flight.path;
       stored->at(child.parent).next = slot;
+      if (with_history) next.history(slot) = after(stored->history(child.parent), child.lobe);
     }
 }
 

@@ -21,11 +21,13 @@ void append_bounce(const PathLayer& paths, size_t bounce, ArchiveView& archive) 
   const segments::Extras& extras = paths.store.extras();
   const std::string segments = level_name(bounce, "segments"), hits = level_name(bounce, "hits"),
                     extended = level_name(bounce, "extended"),
-                    landing = level_name(bounce, "landing");
+                    landing = level_name(bounce, "landing"),
+                    history = level_name(bounce, "history");
   archive.append(segments, std::span<const segments::Segment>());
   archive.append(hits, std::span<const segments::HitSlots>());
   archive.append(extended, std::span<const float>());
   if (extras.landing) archive.append(landing, std::span<const uint32_t>());
+  if (extras.history) archive.append(history, std::span<const segments::LightHistory>());
   for (uint32_t slot = 0; slot < stored.size(); slot += kPerChunk) {
     const segments::BounceSegments::Chunk& chunk = stored.chunk(slot);
     const size_t count = std::min(kPerChunk, stored.size() - slot);
@@ -35,10 +37,13 @@ void append_bounce(const PathLayer& paths, size_t bounce, ArchiveView& archive) 
       archive.append(extended, std::span<const float>(chunk.extended.get(), count));
     if (extras.landing)
       archive.append(landing, std::span<const uint32_t>(chunk.landing.get(), count));
+    if (extras.history)
+      archive.append(history, std::span<const segments::LightHistory>(chunk.history.get(), count));
   }
 }
 
-Lanes of_segment(const World& s, const segments::Segment& g, float extended, uint32_t bounce) {
+Lanes of_segment(const World& s, const segments::Segment& g, float extended,
+                 segments::LightHistory history, uint32_t bounce) {
   Lanes lanes;
   lanes.chain(uint64_t(g.path) << 32 | bounce);
   lanes.chain(bits(g.origin.x) << 32 | bits(g.origin.y));
@@ -51,6 +56,7 @@ Lanes of_segment(const World& s, const segments::Segment& g, float extended, uin
       g.primitive == scene::kNone ? 0 : g.primitive - s.scene.objects[object].first_primitive;
   lanes.chain(uint64_t(g.power[2]) << 32 | local);
   lanes.chain(object);
+  if (history == segments::LightHistory::caustic) lanes.chain(1);
   return lanes;
 }
 
@@ -88,7 +94,8 @@ double PathLayer::bytes_per_segment() const {
   return kSpare *
          (sizeof(segments::BounceSegments::Chunk) / double(segments::BounceSegments::kChunk) +
           (extended ? double(sizeof(float)) : 0.0) +
-          (world.options.gather_rays ? double(sizeof(uint32_t)) : 0.0));
+          (world.gathers() ? double(sizeof(uint32_t)) : 0.0) +
+          (world.has_caustics() ? double(sizeof(segments::LightHistory)) : 0.0));
 }
 
 SegmentsHash PathLayer::hash() const {
@@ -98,7 +105,8 @@ SegmentsHash PathLayer::hash() const {
     const segments::BounceSegments& stored = store.bounces()[b];
     for (uint32_t slot = 0; slot < stored.size(); ++slot) {
       if (stored.at(slot).length < 0) continue;
-      all.merge(of_segment(world, stored.at(slot), stored.extended_or_length(slot), b));
+      all.merge(of_segment(world, stored.at(slot), stored.extended_or_length(slot),
+                           store.history(b, slot), b));
       ++count;
     }
   }
@@ -133,6 +141,7 @@ void PathLayer::restore(ArchiveSource& archive, uint32_t cells, size_t discs, Pr
                                        world.counts_in_discs() ? sizes[b] : 0);
     archive.expect<float>(level_name(b, "extended"), extras.extended ? sizes[b] : 0);
     if (extras.landing) archive.expect<uint32_t>(level_name(b, "landing"), sizes[b]);
+    if (extras.history) archive.expect<segments::LightHistory>(level_name(b, "history"), sizes[b]);
   }
   progress.begin("restore segments", total);
   const snapshot::SegmentCheck check(world.scene, world.all_paths(), discs);
@@ -151,6 +160,8 @@ void PathLayer::restore(ArchiveSource& archive, uint32_t cells, size_t discs, Pr
         archive.read(level_name(b, "extended"), std::span(chunk.extended.get(), count));
       if (extras.landing)
         archive.read(level_name(b, "landing"), std::span(chunk.landing.get(), count));
+      if (extras.history)
+        archive.read(level_name(b, "history"), std::span(chunk.history.get(), count));
       for (uint32_t slot = begin; slot < begin + count; ++slot) {
         segments::Segment& g = stored.at(slot);
         if (g.length < 0) {
@@ -163,6 +174,10 @@ void PathLayer::restore(ArchiveSource& archive, uint32_t cells, size_t discs, Pr
         if (extras.landing && stored.landing(slot) != gather::kNoCell &&
             stored.landing(slot) >= cells)
           snapshot::refuse("\"" + level_name(b, "landing") + "\" names a cell that is not there");
+        using segments::LightHistory;
+        if (const LightHistory own = store.history(b, slot);
+            own > LightHistory::indirect || (own == LightHistory::direct) != (b == 0))
+          snapshot::refuse("\"" + level_name(b, "history") + "\" says what no light has met");
         store.index(b, slot);
       }
       progress.advance(count);

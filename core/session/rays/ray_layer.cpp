@@ -27,8 +27,9 @@ gather::Evaluation RayLayer::evaluation(bool errors) {
     paint.dim.push_back(float(world.group_factor[light.group]));
   paint.dim.push_back(0);
   cells.renew_light();
+  paint.caustics = cells.light.caustics();
   looks.paint(paint, world.workers);
-  const std::vector<double> units = world.sum_units();
+  const std::vector<double> units = world.cell_units();
   gather::Evaluation out(cells.state(units), cells.light, std::move(paint), errors, world.workers);
   if (errors) out.allow_for(cells.power_of_one_path());
   return out;

@@ -93,8 +93,11 @@ struct World {
   }
   /// Whether a final gather brings the light of reflections, instead of discs.
   bool gathers() const { return options.gather_rays > 0; }
+  /// Whether discs count caustics, which gather rays do not find, see segments::LightHistory. Where
+  /// there is no gather, discs count them with all other light.
+  bool has_caustics() const { return gathers() && scene.has_specular(); }
   segments::Extras extras() const {
-    return {options.segment_end != segments::SegmentEnd::first, gathers()};
+    return {options.segment_end != segments::SegmentEnd::first, gathers(), has_caustics()};
   }
   /// Number of paths of all lights, whoever holds them.
   uint64_t all_paths() const {
@@ -108,7 +111,7 @@ struct World {
   /// Whether discs have light to count. In a session with a final gather all of whose lights get
   /// shadow rays, they have none, so that they are not made.
   bool counts_in_discs() const {
-    return !options.gather_rays || options.direct == DirectMode::paths ||
+    return !options.gather_rays || options.direct == DirectMode::paths || has_caustics() ||
            std::find(light_sampled.begin(), light_sampled.end(), 0) != light_sampled.end();
   }
   /// Whether lights that an edit adds get shadow rays.
@@ -161,6 +164,18 @@ struct World {
     sum_groups.clear();
     assign_sums(lights, sum_groups);
     if (sum_groups.empty()) sum_groups.emplace_back();
+  }
+  /// Number of groups of the cells' sums, and the group of a light's paths there. Where there are
+  /// caustics, each of `sum_groups` has another one beside it, of them alone.
+  uint32_t cell_groups() const { return uint32_t(sum_groups.size()) * (has_caustics() ? 2 : 1); }
+  uint32_t cell_group(uint32_t sums, bool caustic) const {
+    return has_caustics() ? 2 * sums + caustic : sums;
+  }
+  /// Power per quantum of each of these groups for all light, or for caustics alone.
+  std::vector<double> cell_units(bool caustic = false) const {
+    std::vector<double> out(cell_groups());
+    for (uint32_t g = 0; g < sum_groups.size(); ++g) out[cell_group(g, caustic)] = sum_unit(g);
+    return out;
   }
   size_t light_of(uint32_t path) const {
     size_t low = 0, high = lights.size();
