@@ -3,6 +3,7 @@
 #include "direct/visibility.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "direct/cover.h"
 #include "direct/refinement.h"
@@ -108,9 +109,12 @@ FixedView fixed_view(const trace::RayCaster& caster, const LightShape& light,
   return view;
 }
 
-Seen visible_share(const trace::RayCaster& caster, const LightShape& light,
-                   const Receiver& receiver, double open_light, const FixedView& fixed,
-                   std::span<const uint32_t> movables) {
+namespace {
+
+/// The share that nothing blocks, see visible_share().
+Seen unblocked_share(const trace::RayCaster& caster, const LightShape& light,
+                     const Receiver& receiver, double open_light, const FixedView& fixed,
+                     std::span<const uint32_t> movables) {
   using Kind = FixedView::Kind;
   if (fixed.kind == Kind::empty) return {};
   if (fixed.kind == Kind::hidden) return {0, fixed.seen.error};
@@ -145,6 +149,42 @@ Seen visible_share(const trace::RayCaster& caster, const LightShape& light,
   return resolve(light, receiver, open_light, strata, seen, free_rays, divided);
 }
 
+/// The mean transmittance along rays, weighted by what they represent, and whether it varies.
+struct Dimming {
+  double mean = 1, range = 0;
+};
+Dimming dimming_of(const trace::RayCaster& caster, const Strata& rays, const RayBits& free) {
+  double all = 0, sum = 0, low = 1, high = 0;
+  for (size_t i = 0; i < rays.fan.count; ++i) {
+    if (!(free[i / 64] >> (i % 64) & 1) || !(rays.weight[i] > 0)) continue;
+    const Vec3f way{rays.fan.x[i], rays.fan.y[i], rays.fan.z[i]};
+    const double own = double(caster.transmittance(rays.fan.origin, way, rays.fan.to));
+    all += double(rays.weight[i]), sum += double(rays.weight[i]) * own;
+    low = std::min(low, own), high = std::max(high, own);
+  }
+  return all > 0 ? Dimming{sum / all, high - low} : Dimming{};
+}
+
+}  // namespace
+
+Seen visible_share(const trace::RayCaster& caster, const LightShape& light,
+                   const Receiver& receiver, double open, const FixedView& fixed,
+                   std::span<const uint32_t> movables) {
+  const Seen seen = unblocked_share(caster, light, receiver, open, fixed, movables);
+  if (!caster.transmits() || !(seen.share > 0)) return seen;
+  Strata rays;
+  const auto dimming = [&](Detail detail) {
+    light.cast(receiver, detail, rays);
+    const RayBits free = pass(caster, rays.fan, pass_fixed(caster, receiver, rays), movables);
+    return dimming_of(caster, rays, free == kNoRays ? rays.countable : free);
+  };
+  Dimming own = dimming(Detail::coarse);
+  if (own.range > 0 || rays.too_coarse) own = dimming(Detail::fine);
+  // An edge between two values goes through few of the strata.
+  const double error = own.range * std::pow(double(rays.fan.count), -0.75);
+  return {seen.share * own.mean, float(double(seen.error) * own.mean + seen.share * error)};
+}
+
 double coarse_share(const trace::RayCaster& caster, const LightShape& light,
                     const Receiver& receiver, std::optional<uint32_t> third,
                     std::span<const uint32_t> movables) {
@@ -160,7 +200,9 @@ double coarse_share(const trace::RayCaster& caster, const LightShape& light,
   }
   if (!asked) return 0;  // only a sliver of the light is in front of the receiver
   const RayBits free = pass_fixed(caster, receiver, strata);
-  return strata.share(pass(caster, strata.fan, free, movables));
+  const RayBits seen = pass(caster, strata.fan, free, movables);
+  const double share = strata.share(seen);
+  return caster.transmits() ? share * dimming_of(caster, strata, seen).mean : share;
 }
 
 }  // namespace deltalux::direct

@@ -42,9 +42,9 @@ struct FixedView {
 FixedView fixed_view(const trace::RayCaster& caster, const LightShape& light,
                      const Receiver& receiver, double open);
 
-/// The share of the light that reaches the receiver: exactly 1 if it is unoccluded, exactly 0 if no
-/// ray gets through. `movables`: the other present objects that may stand in between, in ascending
-/// order.
+/// The share of the light that reaches the receiver: exactly 1 if nothing is in between, exactly 0
+/// if no ray gets through. What lets light pass dims it. `movables`: the other present objects that
+/// may stand in between, in ascending order.
 Seen visible_share(const trace::RayCaster& caster, const LightShape& light,
                    const Receiver& receiver, double open, const FixedView& fixed,
                    std::span<const uint32_t> movables);

@@ -180,9 +180,10 @@ void Scene::finish() {
       object_of_static_.resize(primitives_, uint32_t(i));
     }
   }
-  has_specular_ = false;
+  has_specular_ = transmits_ = false;
   for (const Material& material : materials) {
     has_specular_ |= material.kind->has_specular(material);
+    transmits_ |= material.kind->transmits(material);
     const std::string what = "material \"" + material.name + "\": found ";
     if (const char* flaw = material.kind->flaw(material.parameters)) throw SceneError(what + flaw);
     if (!material.admits(material.reflectance))
@@ -230,7 +231,7 @@ Face Scene::face_of(const Object& object, size_t triangle) const {
   }
   face.emits = material.emission != Vec3f{};
   face.two_sided = face.emits && material.two_sided;
-  face.opaque = material.kind->is_opaque(material);
+  face.opaque = material.stops_all();
   return face;
 }
 

@@ -95,7 +95,7 @@ class Scene {
       at.texture = texture_at(primitive, u, v);
     return at;
   }
-  /// Whether rays pass straight through the primitive at that point.
+  /// Whether rays pass straight through the primitive at that point, as through nothing.
   bool lets_pass(uint32_t primitive, float u, float v) const {
     const Material& own = material_of(primitive);
     return !own.kind->is_opaque(own) && !own.kind->stops(own, point_on(primitive, u, v));
@@ -106,12 +106,13 @@ class Scene {
     if (!own.varies()) return {1, 1, 1};
     return own.kind->share(own, point_on(primitive, u, v));
   }
-  /// Whether the primitive's surface has another lobe than the diffuse one; whether any has.
-  bool has_specular(uint32_t primitive) const {
-    const Material& own = material_of(primitive);
-    return own.kind->has_specular(own);
+  /// Whether light may go on from the primitive in another lobe than the diffuse one.
+  bool has_lobes(uint32_t primitive) const {
+    return (has_specular_ || transmits_) && material_of(primitive).has_lobes();
   }
+  /// Whether any surface has a specular lobe; whether any lets light pass straight.
   bool has_specular() const { return has_specular_; }
+  bool transmits() const { return transmits_; }
   /// Bound of the rounding error of a primitive's plane in ray queries, in any pose: for large
   /// tilted triangles and slivers it exceeds position_slack() of a point on them.
   float slack_of(uint32_t primitive) const {
@@ -165,7 +166,7 @@ class Scene {
   };
   std::vector<Primitive> primitive_;
   uint32_t static_primitives_ = 0, primitives_ = 0;
-  bool has_specular_ = false;
+  bool has_specular_ = false, transmits_ = false;
   CoincidentFaces coincident_;                  // of static objects
   std::vector<CoincidentFaces> coincident_of_;  // by object; empty for static ones
   Box first_world_, world_;

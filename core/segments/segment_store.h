@@ -168,6 +168,17 @@ class SegmentStore {
     if (bounces_.size() <= bounce) bounces_.resize(bounce + 1);
     return bounces_[bounce];
   }
+  /// Calls visit(bounce, slot) for the segments of direct light of a path, in use or not, which
+  /// begins at this slot: the first one, and those behind surfaces that it passed straight.
+  template <class Visit>
+  void each_direct(uint32_t slot, const Visit& visit) const {
+    for (uint32_t bounce = 0;; ++bounce) {
+      visit(bounce, slot);
+      slot = bounces_[bounce].at(slot).next;
+      if (!extras_.history || slot == kNoSlot || history(bounce + 1, slot) != LightHistory::direct)
+        return;
+    }
+  }
   size_t live() const;
   size_t bytes() const;
   /// Recomputes the cell box of a segment from its origin, direction and extended length.

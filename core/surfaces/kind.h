@@ -43,6 +43,10 @@ struct Surface {
 
   /// Whether some of its points reflect otherwise than `reflectance`, diffusely.
   bool varies() const;
+  /// Whether light may go on from it in another lobe than the diffuse one.
+  bool has_lobes() const;
+  /// Whether nothing passes it straight, at none of its points.
+  bool stops_all() const;
   /// The diffuse reflectance at a point, in [0, 1].
   Vec3f diffuse_at(const Point& at) const;
   /// Whether its reflectance could be `mean`: whether it would then exceed 1 nowhere.
@@ -53,9 +57,10 @@ struct Surface {
 enum Dimension : uint32_t { kScatterU, kScatterV, kSurvive, kMore };
 
 /// What becomes of light at a surface. Diffuse light goes on in all directions, so that cells send
-/// it; in the other lobe it goes on in the directions that its own direction leaves, so that who
-/// follows it back has to go on, too.
-enum class Lobe : uint8_t { diffuse, specular };
+/// it. Specular light goes on in directions that depend on its own, so that who follows it back has
+/// to go on, too. Straight light passes as if nothing were there, but for a factor, so that shadow
+/// rays pass, too.
+enum class Lobe : uint8_t { diffuse, specular, straight };
 
 /// The random numbers of one bounce of a path, by dimension.
 class BounceRandom {
@@ -87,9 +92,11 @@ struct Departure {
 
 /// How a ray that follows light back goes on from a surface, in a lobe that is not diffuse.
 struct Onward {
-  Vec3f normal;     ///< unit, on the side on which it leaves
+  Lobe lobe = Lobe::specular;
+  Vec3f normal;     ///< unit, on the side on which it leaves; not of straight light
   Vec3f direction;  ///< unit
-  Vec3f factor;     ///< on the light from there, per channel, without Surface::reflectance
+  /// On the light from there, per channel; Surface::reflectance multiplies specular light.
+  Vec3f factor;
 };
 
 /// What a surface's answers depend on, beside the surface itself.
@@ -117,17 +124,23 @@ class Kind {
   /// Upper bound of all that any point reflects, in whatever lobe, relative to the surface's mean.
   virtual Vec3f max_share(const Surface& surface) const = 0;
 
-  /// Whether it has another lobe than the diffuse one. A function of the parameters alone.
+  // Lobes that are not diffuse. All of this depends on the parameters, not on the reflectance, so
+  // that edits of that leave rays as they are.
+
+  /// Whether it has a specular lobe; whether it lets light pass straight.
   virtual bool has_specular(const Surface&) const { return false; }
-  /// The probability with which a ray that follows light back takes that lobe at this point. No
-  /// edit changes it, so that edits of reflectances leave rays as they are.
-  virtual float specular_chance(const Surface&, const Point&) const { return 0; }
-  /// How such a ray goes on, for random numbers u and v. False: it ends in nothing. The factor
-  /// includes 1 / specular_chance().
-  virtual bool follow_back(const Surface&, const Arrival&, float u, float v, Onward& out) const {
+  virtual bool transmits(const Surface&) const { return false; }
+  /// The probability with which a ray that follows light back takes one of these at this point.
+  virtual float onward_chance(const Surface&, const Arrival&) const { return 0; }
+  /// Which one, and how it goes on, for random numbers u and v. False: it ends in nothing. The
+  /// factor includes 1 / onward_chance().
+  virtual bool onward(const Surface&, const Arrival&, float u, float v, Onward& out) const {
     (void)u, (void)v, (void)out;
     return false;
   }
+  /// The share of the light that passes straight: what scatter() and onward() send on so, on
+  /// average.
+  virtual float transmittance(const Surface&, const Arrival&) const { return 0; }
 
   /// Decides whether a path goes on, how, and in which lobe; a pure function of its arguments. On
   /// average over all random numbers, paths carry on as much power as the surface reflects.
@@ -143,9 +156,13 @@ class Kind {
   Reads reads_;
 };
 
-inline bool Surface::varies() const {
-  return kind->reads() != Reads::nothing || kind->has_specular(*this);
+inline bool Surface::varies() const { return kind->reads() != Reads::nothing || has_lobes(); }
+
+inline bool Surface::has_lobes() const {
+  return kind->has_specular(*this) || kind->transmits(*this);
 }
+
+inline bool Surface::stops_all() const { return kind->is_opaque(*this) && !kind->transmits(*this); }
 
 inline Vec3f Surface::diffuse_at(const Point& at) const {
   if (!varies()) return reflectance;

@@ -111,9 +111,49 @@ struct Collector {
 
 constexpr unsigned kCovered = 1;  // the number of the geometry of covered triangles
 
-/// Rejects hits where surfaces let rays pass. `number`: of a triangle of the geometry.
+bool transmits(const scene::Scene& scene, uint32_t primitive) {
+  const scene::Material& surface = scene.material_of(primitive);
+  return surface.kind->transmits(surface);
+}
+
+/// A query that records the surfaces that let light pass, and accepts none.
+struct Veils {
+  static constexpr size_t kMost = 64;
+  struct Met {
+    uint32_t primitive;
+    float transmittance;
+  };
+  QueryContext context;  // must be first: Embree passes its address back
+  const Holes* holes;
+  std::array<Met, kMost> met;
+  size_t count = 0;
+
+  static void note(const RTCFilterFunctionNArguments* arguments) {
+    Veils& self = *reinterpret_cast<Veils*>(arguments->context);
+    if (arguments->valid[0] != -1) return;
+    arguments->valid[0] = 0;
+    const auto& ray = *reinterpret_cast<const RTCRay*>(arguments->ray);
+    const auto& hit = *reinterpret_cast<const RTCHit*>(arguments->hit);
+    const Holes& holes = *self.holes;
+    const uint32_t face = hit.geomID == kCovered ? holes.hidden->face(hit.primID) : hit.primID;
+    const uint32_t primitive = holes.first_primitive + face;
+    if (self.count == kMost || !transmits(*holes.scene, primitive)) return;
+    // Embree may report a triangle twice.
+    for (size_t i = 0; i < self.count; ++i)
+      if (self.met[i].primitive == primitive) return;
+    const scene::Material& surface = holes.scene->material_of(primitive);
+    const surfaces::Arrival arrival{normalize(Vec3f{ray.dir_x, ray.dir_y, ray.dir_z}),
+                                    {hit.Ng_x, hit.Ng_y, hit.Ng_z},
+                                    holes.scene->point_on(primitive, hit.u, hit.v)};
+    self.met[self.count++] = {primitive, surface.kind->transmittance(surface, arrival)};
+  }
+};
+
+/// Rejects hits where surfaces let rays pass. `number`: of a triangle of the geometry; `light`:
+/// whether rays pass where light does.
 template <class Number>
-void reject_passing(const RTCFilterFunctionNArguments* arguments, const Number& number) {
+void reject_passing(const RTCFilterFunctionNArguments* arguments, bool light,
+                    const Number& number) {
   const Holes& holes = *static_cast<const Holes*>(arguments->geometryUserPtr);
   RTCHitN* hits = arguments->hit;
   for (unsigned i = 0; i < arguments->N; ++i) {
@@ -121,26 +161,35 @@ void reject_passing(const RTCFilterFunctionNArguments* arguments, const Number& 
     const uint32_t primitive =
         holes.first_primitive + number(RTCHitN_primID(hits, arguments->N, i));
     if (holes.scene->lets_pass(primitive, RTCHitN_u(hits, arguments->N, i),
-                               RTCHitN_v(hits, arguments->N, i)))
+                               RTCHitN_v(hits, arguments->N, i)) ||
+        (light && holes.transmits && transmits(*holes.scene, primitive)))
       arguments->valid[i] = 0;
   }
 }
 
 void reject_holes(const RTCFilterFunctionNArguments* arguments) {
-  reject_passing(arguments, [](uint32_t number) { return number; });
+  reject_passing(arguments, false, [](uint32_t number) { return number; });
+}
+
+void reject_unshaded(const RTCFilterFunctionNArguments* arguments) {
+  reject_passing(arguments, true, [](uint32_t number) { return number; });
 }
 
 /// The same for triangles that others hide in part. Occlusion needs no other test: those block rays
 /// as well.
-void reject_covered_holes(const RTCFilterFunctionNArguments* arguments) {
+void reject_covered(const RTCFilterFunctionNArguments* arguments, bool light) {
   const Holes& holes = *static_cast<const Holes*>(arguments->geometryUserPtr);
-  reject_passing(arguments, [&](uint32_t number) { return holes.hidden->face(number); });
+  reject_passing(arguments, light, [&](uint32_t number) { return holes.hidden->face(number); });
+}
+
+void reject_unshaded_covered(const RTCFilterFunctionNArguments* arguments) {
+  reject_covered(arguments, true);
 }
 
 /// Also rejects hits on what others hide in the same plane.
 void reject_hidden(const RTCFilterFunctionNArguments* arguments) {
   const Holes& holes = *static_cast<const Holes*>(arguments->geometryUserPtr);
-  if (holes.scene) reject_covered_holes(arguments);
+  if (holes.scene) reject_covered(arguments, false);
   const unsigned count = arguments->N;
   RTCHitN* hits = arguments->hit;
   RTCRayN* rays = arguments->ray;
@@ -154,6 +203,26 @@ void reject_hidden(const RTCFilterFunctionNArguments* arguments) {
                             RTCHitN_v(hits, count, i), dot(normal, w) > 0))
       arguments->valid[i] = 0;
   }
+}
+
+/// Lets a query that accepts no hit note all of them.
+template <class Noting>
+void collect(RTCScene scene, Vec3f o, Vec3f d, float to, Noting& noting) {
+  RTCRayHit query;
+  set_query(query, o, d, 0, to);
+#if DELTALUX_EMBREE_MAJOR >= 4
+  rtcInitRayQueryContext(&noting.context);
+  RTCIntersectArguments arguments;
+  rtcInitIntersectArguments(&arguments);
+  arguments.flags = RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER;
+  arguments.context = &noting.context;
+  arguments.filter = Noting::note;
+  rtcIntersect1(scene, &query, &arguments);
+#else
+  rtcInitIntersectContext(&noting.context);
+  noting.context.filter = Noting::note;
+  rtcIntersect1(scene, &noting.context, &query);
+#endif
 }
 
 /// Adds a geometry. `covered`: whether its triangles are those that others hide in part.
@@ -176,7 +245,8 @@ void add_geometry(RTCDevice device, RTCScene scene, std::span<const Vec3f> verti
     rtcSetGeometryUserData(geometry, const_cast<Holes*>(holes));
     rtcSetGeometryIntersectFilterFunction(geometry, covered ? reject_hidden : reject_holes);
     if (holes->scene)
-      rtcSetGeometryOccludedFilterFunction(geometry, covered ? reject_covered_holes : reject_holes);
+      rtcSetGeometryOccludedFilterFunction(geometry,
+                                           covered ? reject_unshaded_covered : reject_unshaded);
   }
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(scene, geometry);
@@ -270,7 +340,7 @@ std::optional<Corners> EmbreeScene::blocker(Vec3f o, Vec3f d, float to) const {
   if (holes_ && holes_->scene) {
     const uint32_t face = query.hit.geomID == kCovered ? holes_->hidden->face(own) : own;
     const scene::Material& surface = holes_->scene->material_of(holes_->first_primitive + face);
-    if (!surface.kind->is_opaque(surface)) return {};
+    if (!surface.stops_all()) return {};
   }
   const RTCGeometry geometry = rtcGetGeometry(handle(scene_), query.hit.geomID);
   const auto* points =
@@ -293,6 +363,18 @@ bool EmbreeScene::occluded(Vec3f o, Vec3f d, float to) const {
   rtcOccluded1(handle(scene_), &context, &ray);
 #endif
   return ray.tfar < 0;
+}
+
+float EmbreeScene::transmittance(Vec3f o, Vec3f d, float to) const {
+  if (!holes_ || !holes_->transmits || !can_be_traced(o, d) || !(to >= 0)) return 1;
+  Veils veils{{}, holes_.get(), {}};
+  collect(handle(scene_), o, d, to, veils);
+  const auto end = veils.met.begin() + long(veils.count);
+  std::sort(veils.met.begin(), end,
+            [](const Veils::Met& a, const Veils::Met& b) { return a.primitive < b.primitive; });
+  float product = 1;
+  for (auto own = veils.met.begin(); own != end; ++own) product *= own->transmittance;
+  return product;
 }
 
 RayBits EmbreeScene::occluded(const RayFan& fan, const RayBits& wanted) const {
@@ -334,21 +416,7 @@ RayBits EmbreeScene::occluded(const RayFan& fan, const RayBits& wanted) const {
 size_t EmbreeScene::intersections(Vec3f o, Vec3f d, std::span<Intersection> out) const {
   if (!can_be_traced(o, d)) return 0;
   Collector collector{{}, out};
-  RTCRayHit query;
-  set_query(query, o, d, 0, std::numeric_limits<float>::infinity());
-#if DELTALUX_EMBREE_MAJOR >= 4
-  rtcInitRayQueryContext(&collector.context);
-  RTCIntersectArguments arguments;
-  rtcInitIntersectArguments(&arguments);
-  arguments.flags = RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER;
-  arguments.context = &collector.context;
-  arguments.filter = Collector::note;
-  rtcIntersect1(handle(scene_), &query, &arguments);
-#else
-  rtcInitIntersectContext(&collector.context);
-  collector.context.filter = Collector::note;
-  rtcIntersect1(handle(scene_), &collector.context, &query);
-#endif
+  collect(handle(scene_), o, d, std::numeric_limits<float>::infinity(), collector);
   return collector.count;
 }
 

@@ -27,10 +27,11 @@ class EmbreeDevice {
 
 /// Tells where rays pass straight through triangles.
 struct Holes {
-  const scene::Scene* scene;  ///< null if no surface lets rays pass
+  const scene::Scene* scene;  ///< null if no surface lets rays or light pass
   uint32_t first_primitive;   ///< of the triangles
   /// Triangles in one plane: rays stop at one of them. Null if there are none.
   std::shared_ptr<const HiddenParts> hidden;
+  bool transmits = false;  ///< whether some let light pass, so that shadow rays do
 };
 
 /// An immutable acceleration structure. Queries are thread-safe. A ray that Embree cannot handle
@@ -47,6 +48,9 @@ class EmbreeScene {
   explicit operator bool() const { return scene_ != nullptr; }
   Hit closest(uint32_t first_primitive, Vec3f o, Vec3f d, float from, float to) const;
   bool occluded(Vec3f o, Vec3f d, float to) const;
+  /// The share of light along the ray that passes what it meets before `to`: the product over
+  /// surfaces, in the order of primitives. Only of rays that are not occluded.
+  float transmittance(Vec3f o, Vec3f d, float to) const;
   /// A triangle that blocks the ray, and all others that meet it: none of its points lets rays
   /// pass. Null if the ray is free, or meets another triangle first.
   std::optional<Corners> blocker(Vec3f o, Vec3f d, float to) const;

@@ -28,20 +28,20 @@ float slack_of(const scene::Scene& scene, uint32_t first, size_t count) {
 
 /// The holes of one object, or with kNone of all static ones; none if rays stop at all surfaces.
 std::optional<Holes> holes_of(const scene::Scene& scene, uint32_t index) {
-  const auto has_holes = [&](const scene::Object& object) {
-    return std::any_of(object.material.begin(), object.material.end(), [&](uint32_t m) {
-      return !scene.materials[m].kind->is_opaque(scene.materials[m]);
-    });
+  const auto lets_pass = [&](const scene::Object& object) {
+    return std::any_of(object.material.begin(), object.material.end(),
+                       [&](uint32_t m) { return !scene.materials[m].stops_all(); });
   };
   const bool all_static = index == scene::kNone;
   Holes holes{nullptr, all_static ? 0 : scene.objects[index].first_primitive, nullptr};
   for (uint32_t i = 0; i < scene.objects.size(); ++i)
     if (all_static ? !scene.objects[i].movable : i == index)
-      if (has_holes(scene.objects[i])) holes.scene = &scene;
+      if (lets_pass(scene.objects[i])) holes.scene = &scene;
   if (!scene.coincident(index).empty()) {
     auto hidden = std::make_shared<const HiddenParts>(scene.faces(index), scene.coincident(index));
     if (hidden->size()) holes.hidden = std::move(hidden);
   }
+  holes.transmits = holes.scene && scene.transmits();
   return holes.scene || holes.hidden ? std::optional(holes) : std::nullopt;
 }
 
@@ -61,6 +61,7 @@ RayCaster::RayCaster(const scene::Scene& scene, Progress& progress) {
   static_ = EmbreeScene(device_, vertices, triangles, &progress, holes_of(scene, scene::kNone));
   fixed_slack_ = slack_of(scene, 0, scene.static_primitives());
   position_slack_ = position_slack({scene.world().reach(), 0, 0});
+  transmits_ = scene.transmits();
   first_movable_ = scene.static_primitives();
   movables_.resize(scene.objects.size());
   for (uint32_t i = 0; i < scene.objects.size(); ++i)
@@ -197,6 +198,15 @@ bool RayCaster::occluded(Vec3f o, Vec3f d, float to) const {
   for (uint32_t object : present_)
     if (occluded_object(object, o, d, to)) return true;
   return false;
+}
+
+float RayCaster::transmittance(Vec3f o, Vec3f d, float to) const {
+  if (!transmits_) return 1;
+  float product = static_.transmittance(o, d, to);
+  for (uint32_t object : present_)
+    if (const Movable& movable = movables_[object]; reaches(movable, o, d, to))
+      product *= movable.scene.transmittance(o, d, to);
+  return product;
 }
 
 std::optional<Corners> RayCaster::blocker(uint32_t body, Vec3f o, Vec3f d, float to) const {

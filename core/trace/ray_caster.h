@@ -29,7 +29,7 @@ struct Stretch {
 /// static one.
 class RayCaster {
  public:
-  /// If surfaces of the scene have holes, the scene must outlive the caster.
+  /// If surfaces of the scene have holes or let light pass, the scene must outlive the caster.
   RayCaster(const scene::Scene& scene, Progress& progress);
   RayCaster(const RayCaster&) = delete;
   RayCaster& operator=(const RayCaster&) = delete;
@@ -66,10 +66,14 @@ class RayCaster {
     return body == scene::kNone ? 0.0f : 0.25f + 0.125f * float(body % 4);
   }
 
-  /// Whether static geometry, one object, or anything blocks the ray before `to`.
+  /// Whether static geometry, one object, or anything blocks all light of the ray before `to`.
   bool occluded_static(Vec3f origin, Vec3f direction, float to) const;
   bool occluded_object(uint32_t object, Vec3f origin, Vec3f direction, float to) const;
   bool occluded(Vec3f origin, Vec3f direction, float to) const;
+  /// Whether some surfaces let light pass, so that what occludes nothing may still dim it.
+  bool transmits() const { return transmits_; }
+  /// The share of light along the ray that passes what it meets before `to`, if it is not occluded.
+  float transmittance(Vec3f origin, Vec3f direction, float to) const;
   /// EmbreeScene::blocker() of static geometry (kNone) or of one object.
   std::optional<Corners> blocker(uint32_t body, Vec3f origin, Vec3f direction, float to) const;
   /// Which of the rays in `wanted` static geometry (or an object) blocks; three times as fast as
@@ -121,6 +125,7 @@ class RayCaster {
   float position_slack_ = 0;       // the largest position_slack() within the world
   uint32_t first_movable_ = 0;     // the first primitive that is not static
   float margin_ = 0;
+  bool transmits_ = false;
 };
 
 class RayCaster::Saved {

@@ -78,7 +78,9 @@ Interaction Walk::scatter(const Flight& flight, uint32_t bounce, const Hit& hit)
   }
   DELTALUX_ASSERT(is_length(hit.t));
   interaction.length = interaction.extended = hit.t;
-  if (options_.second_hit) {
+  const scene::Material& surface = scene_.material_of(hit.primitive);
+  // Behind a surface that lets light pass, the next segment goes on.
+  if (options_.second_hit && !surface.kind->transmits(surface)) {
     const float border = distance_to_border(scene_.world(), flight.origin, w);
     const float limit = std::max(hit.t, std::min(hit.t + options_.second_reach, border));
     const float beyond = surface_slack(flight.origin, w, hit, scene_.slack_of(hit.primitive));
@@ -87,7 +89,6 @@ Interaction Walk::scatter(const Flight& flight, uint32_t bounce, const Hit& hit)
     DELTALUX_ASSERT(is_length(interaction.extended) && interaction.extended >= interaction.length);
   }
   if (bounce + 1 >= options_.max_bounces) return interaction;
-  const scene::Material& surface = scene_.material_of(hit.primitive);
   surfaces::Departure out;
   const surfaces::BounceRandom random(options_.seed, flight.path, bounce);
   if (!surface.kind->scatter(surface, {w, hit.normal, scene_.point_on(hit.primitive, hit.u, hit.v)},
@@ -95,9 +96,13 @@ Interaction Walk::scatter(const Flight& flight, uint32_t bounce, const Hit& hit)
     return interaction;
   interaction.survives = true;
   interaction.lobe = out.lobe;
-  interaction.next.origin =
-      leave_surface(flight.origin, w, hit, out.normal, scene_.slack_of(hit.primitive));
-  interaction.next.direction = encode_direction(out.direction);
+  const float plane = scene_.slack_of(hit.primitive);
+  interaction.next.origin = out.lobe == surfaces::Lobe::straight
+                                ? pass_surface(flight.origin, w, hit, plane)
+                                : leave_surface(flight.origin, w, hit, out.normal, plane);
+  // What passes straight keeps its direction to the last bit.
+  interaction.next.direction =
+      out.lobe == surfaces::Lobe::straight ? flight.direction : encode_direction(out.direction);
   for (int c = 0; c < 3; ++c)
     interaction.next.power[c] =
         whole_quanta(double(flight.power[c]) * out.throughput[c], random(kRound));

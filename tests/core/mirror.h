@@ -25,12 +25,12 @@ class Mirror final : public Kind {
   }
   Vec3f max_share(const Surface&) const override { return {1, 1, 1}; }
   bool has_specular(const Surface&) const override { return true; }
-  float specular_chance(const Surface& surface, const Point&) const override {
+  float onward_chance(const Surface& surface, const Arrival&) const override {
     return surface.parameters[0];
   }
-  bool follow_back(const Surface&, const Arrival& arrival, float, float,
-                   Onward& out) const override {
-    out = {facing(arrival.normal, arrival.direction), mirrored(arrival), {1, 1, 1}};
+  bool onward(const Surface&, const Arrival& arrival, float, float, Onward& out) const override {
+    const Vec3f normal = facing(arrival.normal, arrival.direction);
+    out = {Lobe::specular, normal, mirrored(arrival), {1, 1, 1}};
     return true;
   }
   bool scatter(const Surface& surface, const Arrival& arrival, const BounceRandom& random,

@@ -4,6 +4,7 @@
 #include "direct_world.h"
 #include "lights/kinds.h"
 #include "mirror.h"
+#include "pane.h"
 #include "session/session.h"
 
 namespace deltalux::session {
@@ -46,6 +47,22 @@ inline scene::Scene room_with_mirrors() {
   scene.materials.push_back(surfaces::mirror({0.6f, 0.6f, 0.8f}, 0.5f));
   direct::add_quad(scene.objects[0], {0.01f, 0.4f, 1}, {0, 2, 0}, {0, 0, 2}, 2);
   for (uint32_t& own : scene.objects[1].material) own = 3;
+  scene.finish();
+  return scene;
+}
+
+/// The room with a spot, a pane from wall to wall, and a movable one that lies above the block.
+inline scene::Scene room_with_panes() {
+  scene::Scene scene = room_with_spot();
+  scene.materials.push_back(surfaces::pane(0.8f));
+  scene.materials.push_back(surfaces::pane(0.5f));
+  direct::add_quad(scene.objects[0], {2.9f, 0, 0}, {0, 3, 0}, {0, 0, 4}, 2);
+  scene::Object lid;
+  lid.name = "lid";
+  lid.movable = true;
+  direct::add_quad(lid, {-0.6f, 0, -0.6f}, {1.2f, 0, 0}, {0, 0, 1.2f}, 3);
+  lid.pose.translation = {1.2, 1.6, 1.4};
+  scene.objects.push_back(lid);
   scene.finish();
   return scene;
 }

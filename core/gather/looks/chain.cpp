@@ -40,24 +40,28 @@ ChainTracer::ChainTracer(const Present& present, const CellFinder& finder, uint6
           present.scene.group_count, seed),
       seed_(mix64(seed ^ 0x636861696e212121ull)) {}
 
-ChainTracer::Taken ChainTracer::take_lobe(const PathRandom& random, uint32_t touched,
+ChainTracer::Taken ChainTracer::take_lobe(const PathRandom& random, uint32_t step,
                                           const trace::Hit& hit, Vec3f& origin, Vec3f& w,
                                           Vec3f& share, Chain& chain) const {
   const scene::Scene& scene = present_.scene;
   const scene::Material& surface = scene.material_of(hit.primitive);
   const surfaces::Arrival arrival{w, hit.normal, scene.point_on(hit.primitive, hit.u, hit.v)};
-  const float chance = surface.kind->specular_chance(surface, arrival.at);
-  if (!(random(touched, kLobe) < chance)) {
+  const float chance = surface.kind->onward_chance(surface, arrival);
+  if (!(random(step, kLobe) < chance)) {
     share = min(share * (1 / (1 - chance)), kMaxShare);
     return Taken::diffuse;
   }
-  chain.vertex[chain.count++] = {scene.material_index(hit.primitive), scene::kNone, {}};
   surfaces::Onward out;
-  if (!surface.kind->follow_back(surface, arrival, random(touched, kLobeU), random(touched, kLobeV),
-                                 out))
+  if (!surface.kind->onward(surface, arrival, random(step, kLobeU), random(step, kLobeV), out))
     return Taken::nothing;
   share = min(surfaces::product(share, out.factor), kMaxShare);
-  origin = trace::leave_surface(origin, w, hit, out.normal, scene.slack_of(hit.primitive));
+  const float plane = scene.slack_of(hit.primitive);
+  if (out.lobe == surfaces::Lobe::straight) {
+    origin = trace::pass_surface(origin, w, hit, plane);
+    return Taken::straight;
+  }
+  chain.vertex[chain.count++] = {scene.material_index(hit.primitive), scene::kNone, {}};
+  origin = trace::leave_surface(origin, w, hit, out.normal, plane);
   w = out.direction;
   return Taken::specular;
 }
@@ -72,13 +76,14 @@ Chain ChainTracer::trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w,
   chain.footprint.from = origin, chain.footprint.to = origin + w * met.t;
   trace::Hit hit = met;
   Vec3f share{1, 1, 1};  // product over the vertices
-  for (uint32_t touched = 0;;) {
+  uint32_t touched = 0;  // points that are vertices
+  for (uint32_t step = 0;;) {
     const auto draw = [&](uint32_t u, uint32_t v) {
-      return touched ? Draw{random(touched, u), random(touched, v)} : first;
+      return step ? Draw{random(step, u), random(step, v)} : first;
     };
     const direct::Receiver at = present_.landing(origin, w, hit);
     const Taken taken =
-        goes_on_at(hit) ? take_lobe(random, touched, hit, origin, w, share, chain) : Taken::diffuse;
+        goes_on_at(hit) ? take_lobe(random, step, hit, origin, w, share, chain) : Taken::diffuse;
     if (taken == Taken::diffuse && hit.t >= present_.cells.near(cell)) {
       finish(draw(kLightU, kLightV), at, hit, cell, share, chain);
       return chain;
@@ -98,9 +103,9 @@ Chain ChainTracer::trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w,
     // A ray that misses the point that it aims for ends here, but follows it when it moves.
     chain.footprint.from = origin;
     chain.footprint.to = aim.point ? aim.point->at : origin;
-    ++touched;
-    if (touched == kMaxTouched || (touched > kSurely && !(random(touched, kStays) < kGoesOn)) ||
-        w == Vec3f{} || taken == Taken::nothing)
+    ++step;
+    if (step == kMaxTouched || w == Vec3f{} || taken == Taken::nothing) return chain;
+    if (taken != Taken::straight && ++touched > kSurely && !(random(step, kStays) < kGoesOn))
       return chain;
     hit = present_.caster.closest(origin, w);
     if (aim.point && !(hit.valid() && aim.point->is_met(origin, w, hit))) return chain;

@@ -77,18 +77,17 @@ class ChainTracer {
   Chain trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w, const trace::Hit& hit,
               uint32_t cell) const;
   /// Whether rays that meet this go on, however far it is.
-  bool goes_on_at(const trace::Hit& hit) const {
-    return present_.scene.has_specular() && present_.scene.has_specular(hit.primitive);
-  }
+  bool goes_on_at(const trace::Hit& hit) const { return present_.scene.has_lobes(hit.primitive); }
   /// Makes a chain that ends at the first hit, in `cell`, which is far. It has vertices only for
   /// beams and suns.
   Chain end(const Draw& first, Vec3f origin, Vec3f w, const trace::Hit& hit, uint32_t cell) const;
 
  private:
-  /// Goes on from a hit in its specular lobe, if the ray takes it: adds a vertex, and changes ray
-  /// and share. Otherwise the share allows for that the ray might have.
-  enum class Taken : uint8_t { diffuse, specular, nothing };
-  Taken take_lobe(const PathRandom& random, uint32_t touched, const trace::Hit& hit, Vec3f& origin,
+  /// Chooses a lobe for a hit. In one that is not diffuse, goes on: adds a vertex unless the ray
+  /// passes straight, and changes ray and share. Otherwise the share allows for that the ray might
+  /// have gone on.
+  enum class Taken : uint8_t { diffuse, specular, straight, nothing };
+  Taken take_lobe(const PathRandom& random, uint32_t step, const trace::Hit& hit, Vec3f& origin,
                   Vec3f& w, Vec3f& share, Chain& chain) const;
   /// Adds the vertex of a near hit, with its direct light and caustics. `share`: up to there, its
   /// own included.

@@ -104,11 +104,15 @@ class Looks::Caster {
         !present_.suns.may_shine(trace::facing_normal(hit, w)))
       return;
     const Draw first = rays.beyond(ray);
-    const Chain chain = far ? chains_.end(first, o, w, hit, own.target)
-                            : chains_.trace(combine(present_.receivers[sample].key, ray), first, o,
-                                            w, hit, own.target);
+    Chain chain = far ? chains_.end(first, o, w, hit, own.target)
+                      : chains_.trace(combine(present_.receivers[sample].key, ray), first, o, w,
+                                      hit, own.target);
     own.in_beam |= chain.in_beam;
-    if (!chain.count) return;
+    if (!chain.count) {
+      if (far) return;
+      // It passed surfaces straight, on which the result depends.
+      chain.vertex[chain.count++] = {Vertex::kShare, scene::kNone, {1, 1, 1}};
+    }
     own.target = kChain;
     out.chained.push_back({chain.count, chain.end, chain.weight, chain.footprint});
     out.vertices.insert(out.vertices.end(), chain.vertex.begin(),

@@ -106,7 +106,8 @@ void OneLight::shine(const trace::RayCaster& caster, const direct::Receiver& rec
       shape.is_small(receiver) ? shape.glance(receiver, u, v) : close_glance(shape, receiver, u);
   if (!(ray.irradiance > 0) || caster.occluded(ray.origin, ray.direction, ray.to)) return;
   const Vec3f power = lights_[light].strength;
-  const double factor = ray.irradiance / chance;
+  const double passed = double(caster.transmittance(ray.origin, ray.direction, ray.to));
+  const double factor = passed * ray.irradiance / chance;
   for (int c = 0; c < 3; ++c) out.direct[size_t(c)] = float(double(power[c]) * factor);
 }
 

@@ -52,10 +52,15 @@ gather::Evaluation choose_guides(State& s, const FirstFlights& others, Progress&
     const std::vector<uint8_t> known = s.rays.lights_by_shadow_ray();
     chosen();
     const Landings after(s);
-    std::vector<uint32_t> slots(s.paths.store.bounce(0).size());
-    std::iota(slots.begin(), slots.end(), 0u);
-    before.add(0, slots, -1);
-    after.add(0, slots, +1);
+    // Direct light ends at later bounces, too, where it passes surfaces straight.
+    const size_t bounces =
+        s.scene.transmits() ? std::max<size_t>(1, s.paths.store.bounces().size()) : 1;
+    for (uint32_t b = 0; b < bounces; ++b) {
+      std::vector<uint32_t> slots(s.paths.store.bounce(b).size());
+      std::iota(slots.begin(), slots.end(), 0u);
+      before.add(b, slots, -1);
+      after.add(b, slots, +1);
+    }
     const std::vector<uint8_t> asked = s.rays.lights_by_shadow_ray();
     for (uint32_t light = 0; light < asked.size(); ++light)
       if (asked[light] && !known[light]) leave_out(s, light, others);

@@ -202,19 +202,21 @@ FirstFlights Exchange::first_flights() const {
   out.lights = guide_candidates(s);
   out.cells = s.cells.division.size();
   if (s.paths.store.bounces().empty()) return out;
-  const segments::BounceSegments& first = s.paths.store.bounces()[0];
   std::vector<std::pair<uint64_t, FirstFlights::Quanta>> landed;
   for (size_t k = 0; k < out.lights.size(); ++k) {
     const trace::Light& light = s.lights[out.lights[k]];
     landed.clear();
     s.paths.held.each_of(light, [&](uint64_t i) {
-      const uint32_t slot = s.paths.held.slot_of(uint32_t(light.first_path + i));
-      const segments::Segment& segment = first.at(slot);
-      const uint32_t cell = segment.length < 0 ? gather::kNoCell : first.landing(slot);
-      if (cell == gather::kNoCell) return;
       const uint32_t batch = trace::batch_of(light, i, kBatches);
-      landed.push_back({(k * out.cells + cell) * kBatches + batch,
-                        {segment.power[0], segment.power[1], segment.power[2]}});
+      const uint32_t path = s.paths.held.slot_of(uint32_t(light.first_path + i));
+      s.paths.store.each_direct(path, [&](uint32_t bounce, uint32_t slot) {
+        const segments::BounceSegments& stored = s.paths.store.bounces()[bounce];
+        const segments::Segment& segment = stored.at(slot);
+        const uint32_t cell = segment.length < 0 ? gather::kNoCell : stored.landing(slot);
+        if (cell == gather::kNoCell) return;
+        landed.push_back({(k * out.cells + cell) * kBatches + batch,
+                          {segment.power[0], segment.power[1], segment.power[2]}});
+      });
     });
     std::sort(landed.begin(), landed.end());
     for (const auto& [place, quanta] : landed) {

@@ -61,14 +61,17 @@ void Landings::add(uint32_t bounce, std::span<const uint32_t> slots, int sign) c
 double Landings::share_lit_by(uint32_t light, std::span<const uint32_t> hits,
                               const FirstFlights& others) const {
   std::vector<uint8_t> lit(hits.size());
-  segments::BounceSegments& stored = state_.paths.store.bounce(0);
-  for (uint32_t slot = 0; slot < stored.size(); ++slot) {
-    const segments::Segment& segment = stored.at(slot);
-    const uint32_t cell = segment.length < 0 ? gather::kNoCell : stored.landing(slot);
-    if (cell != gather::kNoCell && state_.light_of(segment.path) == light &&
-        (segment.power[0] | segment.power[1] | segment.power[2]))
-      lit[cell] = 1;
-  }
+  const segments::SegmentStore& store = state_.paths.store;
+  const uint32_t paths = store.bounces().empty() ? 0 : store.bounces()[0].size();
+  for (uint32_t path = 0; path < paths; ++path)
+    store.each_direct(path, [&](uint32_t bounce, uint32_t slot) {
+      const segments::BounceSegments& stored = store.bounces()[bounce];
+      const segments::Segment& segment = stored.at(slot);
+      const uint32_t cell = segment.length < 0 ? gather::kNoCell : stored.landing(slot);
+      if (cell != gather::kNoCell && state_.light_of(segment.path) == light &&
+          (segment.power[0] | segment.power[1] | segment.power[2]))
+        lit[cell] = 1;
+    });
   others.each_of(light, kBatches, [&](uint64_t place, const FirstFlights::Quanta& quanta) {
     if (quanta != FirstFlights::Quanta{}) lit[place / kBatches] = 1;
   });

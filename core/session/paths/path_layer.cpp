@@ -95,7 +95,7 @@ double PathLayer::bytes_per_segment() const {
          (sizeof(segments::BounceSegments::Chunk) / double(segments::BounceSegments::kChunk) +
           (extended ? double(sizeof(float)) : 0.0) +
           (world.gathers() ? double(sizeof(uint32_t)) : 0.0) +
-          (world.has_caustics() ? double(sizeof(segments::LightHistory)) : 0.0));
+          (world.extras().history ? double(sizeof(segments::LightHistory)) : 0.0));
 }
 
 SegmentsHash PathLayer::hash() const {
@@ -176,7 +176,7 @@ void PathLayer::restore(ArchiveSource& archive, uint32_t cells, size_t discs, Pr
           snapshot::refuse("\"" + level_name(b, "landing") + "\" names a cell that is not there");
         using segments::LightHistory;
         if (const LightHistory own = store.history(b, slot);
-            own > LightHistory::indirect || (own == LightHistory::direct) != (b == 0))
+            own > LightHistory::indirect || (b == 0 && own != LightHistory::direct))
           snapshot::refuse("\"" + level_name(b, "history") + "\" says what no light has met");
         store.index(b, slot);
       }

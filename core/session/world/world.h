@@ -97,7 +97,8 @@ struct World {
   /// there is no gather, discs count them with all other light.
   bool has_caustics() const { return gathers() && scene.has_specular(); }
   segments::Extras extras() const {
-    return {options.segment_end != segments::SegmentEnd::first, gathers(), has_caustics()};
+    return {options.segment_end != segments::SegmentEnd::first, gathers(),
+            has_caustics() || scene.transmits()};
   }
   /// Number of paths of all lights, whoever holds them.
   uint64_t all_paths() const {
