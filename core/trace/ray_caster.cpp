@@ -200,8 +200,7 @@ bool RayCaster::occluded(Vec3f o, Vec3f d, float to) const {
   return false;
 }
 
-float RayCaster::transmittance(Vec3f o, Vec3f d, float to) const {
-  if (!transmits_) return 1;
+float RayCaster::product_of_transmittance(Vec3f o, Vec3f d, float to) const {
   float product = static_.transmittance(o, d, to);
   for (uint32_t object : present_)
     if (const Movable& movable = movables_[object]; reaches(movable, o, d, to))

@@ -73,7 +73,9 @@ class RayCaster {
   /// Whether some surfaces let light pass, so that what occludes nothing may still dim it.
   bool transmits() const { return transmits_; }
   /// The share of light along the ray that passes what it meets before `to`, if it is not occluded.
-  float transmittance(Vec3f origin, Vec3f direction, float to) const;
+  float transmittance(Vec3f origin, Vec3f direction, float to) const {
+    return transmits_ ? product_of_transmittance(origin, direction, to) : 1.0f;
+  }
   /// EmbreeScene::blocker() of static geometry (kNone) or of one object.
   std::optional<Corners> blocker(uint32_t body, Vec3f origin, Vec3f direction, float to) const;
   /// Which of the rays in `wanted` static geometry (or an object) blocks; three times as fast as
@@ -109,6 +111,7 @@ class RayCaster {
     uint32_t first_primitive = 0;
     std::vector<Vec3f> normal;  ///< by triangle: unit, in world space
   };
+  float product_of_transmittance(Vec3f origin, Vec3f direction, float to) const;
   /// The lead of a hit, along the ray.
   float lead(uint32_t object, uint32_t primitive, Vec3f o, Vec3f d, float t) const;
   /// The object of a movable primitive.

@@ -22,12 +22,13 @@ struct Vertex {
   static constexpr uint32_t kShare = 0x40000000u;
   /// Bound of such factors, so that sums stay finite; no scene comes near it.
   static constexpr float kMaxShare = 1e6f;
-  uint32_t material = 0;
+  // Without initial values: a chain has room for many more vertices than it needs.
+  uint32_t material;
   /// Or kNone: no light illuminates the point, even unshadowed.
-  uint32_t light = scene::kNone;
+  uint32_t light;
   /// Irradiance without dimming, times the weight of the chain up to this vertex, times
   /// Scene::share_at() of this vertex and (not for those of the end) of all before it.
-  std::array<float, 3> direct{};
+  std::array<float, 3> direct;
   bool is_of_end() const { return material & kEnd; }
   bool is_share() const { return material == kShare; }
   bool is_caustic() const { return material & kCaustic; }
