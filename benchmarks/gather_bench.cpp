@@ -82,7 +82,7 @@ int main(int argc, char** argv) {
   const auto updated = session.digest();
   session.recompute(progress);
   const bool equal = session.digest() == updated;
-  const gather::Looks& looks = session.state().rays.looks;
+  const gather::GatherHits& hits = session.state().rays.hits;
   std::printf(
       "{\"paths\": %zu, \"rays\": %u, \"samples\": %zu, \"raw_ray_ns\": %.1f, "
       "\"ray_over_raw\": %.2f, \"look_up_ns\": %.2f, \"bytes_per_sample\": %.1f, "
@@ -90,9 +90,9 @@ int main(int argc, char** argv) {
       "\"frame_ms\": %.2f, \"frame_share\": %.3f, \"rays_again\": %.4f, \"speedup\": %.1f, "
       "\"exact\": %s}\n",
       size_t(options.paths), options.gather_rays, samples, median(raw), median(cast) / median(raw),
-      median(look_up), double(looks.bytes()) / double(samples), double(looks.bytes()) / rays,
-      double(looks.chains().size()) / rays, session.state().rays.guiding.guides.size(),
-      median(full), median(frame), median(share), median(again), median(full) / median(frame),
+      median(look_up), double(hits.bytes()) / double(samples), double(hits.bytes()) / rays,
+      double(hits.chains().size()) / rays, session.state().rays.guiding.guides.size(), median(full),
+      median(frame), median(share), median(again), median(full) / median(frame),
       equal ? "true" : "false");
   return equal ? 0 : 1;
 }

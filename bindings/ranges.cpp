@@ -170,11 +170,11 @@ void bind_ranges(nb::class_<Session>& bound) {
           nb::arg("discs"), nb::arg("moments"), nb::arg("progress").none())
       .def("first_flights", &first_flights)
       .def(
-          "look",
+          "gather",
           [](Session& s, const Column<uint32_t>& lights, uint64_t cells, const Column<uint64_t>& at,
              const Rows<int64_t, 3>& quanta, nb::object callback) {
             const session::FirstFlights flights = to_flights(lights, cells, at, quanta);
-            run(callback, [&](Progress& p) { s.exchange().look(flights, p); });
+            run(callback, [&](Progress& p) { s.exchange().gather(flights, p); });
           },
           nb::arg("lights"), nb::arg("cells"), nb::arg("at"), nb::arg("quanta"),
           nb::arg("progress").none())
@@ -196,11 +196,11 @@ void bind_ranges(nb::class_<Session>& bound) {
 void bind_shared_rays(nb::class_<Session>& bound) {
   bound
       .def(
-          "begin_look",
+          "begin_gather",
           [](Session& s, const Column<uint32_t>& lights, uint64_t cells, const Column<uint64_t>& at,
              const Rows<int64_t, 3>& quanta, nb::object callback) {
             const session::FirstFlights flights = to_flights(lights, cells, at, quanta);
-            run(callback, [&](Progress& p) { s.exchange().begin_look(flights, p); });
+            run(callback, [&](Progress& p) { s.exchange().begin_gather(flights, p); });
           },
           nb::arg("lights"), nb::arg("cells"), nb::arg("at"), nb::arg("quanta"),
           nb::arg("progress").none())
@@ -227,14 +227,14 @@ void bind_shared_rays(nb::class_<Session>& bound) {
             s.exchange().take_direct(first, last, archive);
           },
           nb::arg("first"), nb::arg("last"), nb::arg("source"))
-      .def("is_looking", [](const Session& s) { return s.exchange().is_looking(); })
-      .def("save_look", [](const Session& s) { return to_arrays(s.exchange().save_look()); })
+      .def("is_gathering", [](const Session& s) { return s.exchange().is_gathering(); })
+      .def("save_gather", [](const Session& s) { return to_arrays(s.exchange().save_gather()); })
       .def(
-          "join_look",
+          "join_gather",
           [](Session& s, nb::object source) {
             PythonSource archive(std::move(source));
             nb::gil_scoped_release release;
-            s.exchange().join_look(archive);
+            s.exchange().join_gather(archive);
           },
           nb::arg("source"))
       .def(
@@ -266,9 +266,9 @@ void bind_shared_rays(nb::class_<Session>& bound) {
           },
           nb::arg("seen"), nb::arg("doublings"))
       .def(
-          "look_cuts",
+          "ray_cuts",
           [](const Session& s, uint64_t rays) {
-            std::vector<uint64_t> cuts = s.exchange().look_cuts(rays);
+            std::vector<uint64_t> cuts = s.exchange().ray_cuts(rays);
             const size_t n = cuts.size();
             return make_array(std::move(cuts), {n});
           },
@@ -280,23 +280,23 @@ void bind_shared_rays(nb::class_<Session>& bound) {
           },
           nb::arg("first"), nb::arg("last"))
       .def(
-          "cast_looks",
+          "cast_gather_rays",
           [](const Session& s, size_t first, size_t last, nb::object source, nb::object callback) {
             PythonSource aims(std::move(source));
-            std::optional<gather::Looks> looks;
+            std::optional<gather::GatherHits> hits;
             run(callback,
-                [&](Progress& p) { looks = s.exchange().cast_looks(first, last, aims, p); });
+                [&](Progress& p) { hits = s.exchange().cast_gather_rays(first, last, aims, p); });
             ArchiveView archive;
-            looks->save(archive);
+            hits->save(archive);
             return to_arrays(archive);
           },
           nb::arg("first"), nb::arg("last"), nb::arg("source"), nb::arg("progress").none())
       .def(
-          "take_looks",
+          "take_hits",
           [](Session& s, size_t first, size_t last, nb::object source) {
             PythonSource archive(std::move(source));
             nb::gil_scoped_release release;
-            s.exchange().take_looks(first, last, archive);
+            s.exchange().take_hits(first, last, archive);
           },
           nb::arg("first"), nb::arg("last"), nb::arg("source"));
 }

@@ -358,16 +358,16 @@ void bind_session(nb::module_& m) {
              out["bytes"] = s.bytes();
              out["forecast_bytes"] = s.forecast().bytes;
              if (state.gathers()) {
-               const gather::Looks& looks = state.rays.looks;
+               const gather::GatherHits& hits = state.rays.hits;
                nb::dict gather;
-               gather["rays"] = looks.rays().all();
-               gather["chains"] = looks.chains().size();
+               gather["rays"] = hits.rays().all();
+               gather["chains"] = hits.chains().size();
                gather["guides"] = state.rays.guiding.guides.size();
                gather["beams"] = state.rays.guiding.beams.size();
                gather["suns"] = state.rays.guiding.suns.size();
                gather["cells"] = state.cells.division.size();
-               gather["ray_bytes"] = looks.bytes();
-               gather["ray_bytes_in_use"] = looks.bytes_in_use();
+               gather["ray_bytes"] = hits.bytes();
+               gather["ray_bytes_in_use"] = hits.bytes_in_use();
                gather["kept_bytes"] = s.kept() ? s.kept()->bytes() : 0;
                gather["kept_taken"] = s.kept() ? s.kept()->taken() : 0;
                out["gather"] = gather;

@@ -34,7 +34,7 @@ ESTIMATORS = (
 )
 # Rooms of a stage: each may include those before it; "" are the files beside them.
 ROOMS = {
-    "gather": ("cells", "aim", "looks", "choose"),
+    "gather": ("cells", "aim", "hits", "choose"),
     "session": (
         "world",
         "paths",

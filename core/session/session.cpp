@@ -55,7 +55,7 @@ Frame Session::bake(Progress& progress, bool leave_direct) {
 }
 
 Frame Session::recompute(Progress& progress) {
-  check_looked(*state_);
+  check_gathered(*state_);
   auto fresh = unbaked();
   fresh->take_choices(*state_);
   return replace(std::move(fresh), [&](State& s) { return session::recompute(s, progress); });
@@ -63,7 +63,7 @@ Frame Session::recompute(Progress& progress) {
 
 Frame Session::update(std::span<const scene::Edit> edits, double budget_ms, Progress& progress) {
   edits_applied_ = false;
-  check_looked(*state_);
+  check_gathered(*state_);
   if (state_->damaged) rebuild(*state_, progress);
   // Beyond half of the limit, the light needs the memory.
   const size_t limit = state_->options.memory_limit;

@@ -21,7 +21,7 @@ from thoroughness import slow
 from .killing import pid_of_holder, wait_for_all
 from .test_cluster_session import assert_equal_after_random_edits
 
-STAGES = ["direct light", "find noisy places", "look around"]
+STAGES = ["direct light", "find noisy places", "cast gather rays"]
 
 
 @pytest.fixture(autouse=True)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Chains that come and go are those that were added, and send what a new pool's would.
-#include "gather/looks/chain_pool.h"
+#include "gather/hits/chain_pool.h"
 
 #include <gtest/gtest.h>
 

@@ -176,7 +176,7 @@ TEST(Change, RaysAreCastAgainWhereSomethingMovedAlone) {
   chosen.gather_rays = 256;
   Session session(session::room(), session::some_samples(), chosen);
   session.bake(progress);
-  const uint64_t all = session.state().rays.looks.rays().all();
+  const uint64_t all = session.state().rays.hits.rays().all();
   const auto frame = [&](const scene::Edit& edit) {
     return session.update(std::vector<scene::Edit>{edit}, 0, progress);
   };

@@ -245,7 +245,7 @@ size_t with_rays(float open) {
 
 TEST(SeeGuides, AGuideInASlitIsFound) {
   EXPECT_EQ(with_rays(0.5f), 500u);
-  // About a twentieth of it is seen: 64 looks miss that once in 27 times, eight twice in three.
+  // About a twentieth of it is seen: 64 hits miss that once in 27 times, eight twice in three.
   EXPECT_GT(with_rays(0.015f), 460u);
   EXPECT_EQ(with_rays(0), 0u);
 }

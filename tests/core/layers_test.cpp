@@ -210,13 +210,13 @@ struct Gathered {
     direct.compute(world.progress);
     rays.place();
     rays.guiding.doublings.assign(world.samples.size(), 0);
-    rays.looks = rays.uncast(rays.guides_of_samples(world.progress));
+    rays.hits = rays.uncast(rays.guides_of_samples(world.progress));
   }
   std::vector<double> light() {
     const gather::Evaluation now = rays.evaluation(false);
     std::vector<double> out;
     for (size_t i = 0; i < world.samples.size(); ++i) {
-      const gather::SampleLight own = now.read(rays.looks, i);
+      const gather::SampleLight own = now.read(rays.hits, i);
       out.insert(out.end(), own.irradiance, own.irradiance + 3);
     }
     return out;
@@ -291,7 +291,7 @@ TEST(RayLayer, FollowsWhatMovesAsIfAllWereCastAnew) {
   BakedWorld world(gathering(1));
   Gathered own(world);
   own.rays.cast(world.progress);
-  EXPECT_TRUE(own.rays.looked());
+  EXPECT_TRUE(own.rays.all_cast());
   const std::vector<double> before = own.light();
   gather::Change change{move_box(world), std::vector<uint8_t>(world.samples.size()), {}};
   own.direct.place();
@@ -303,9 +303,9 @@ TEST(RayLayer, FollowsWhatMovesAsIfAllWereCastAnew) {
   // No time at first, then as much as it takes.
   own.rays.follow(world.progress, [] { return false; });
   EXPECT_GT(own.rays.pending_share(), 0);
-  const gather::Looks::Cast cast = own.rays.follow(world.progress, [] { return true; });
+  const gather::GatherHits::Cast cast = own.rays.follow(world.progress, [] { return true; });
   EXPECT_EQ(own.rays.pending_share(), 0);
-  EXPECT_LT(cast.rays, own.rays.looks.rays().all());
+  EXPECT_LT(cast.rays, own.rays.hits.rays().all());
   Gathered fresh(world);
   fresh.rays.cast(world.progress);
   EXPECT_EQ(digest_of(own.rays), digest_of(fresh.rays));
@@ -317,7 +317,7 @@ TEST(RayLayer, IsRestoredAsItWasSaved) {
   BakedWorld world(gathering(1));
   Gathered own(world), other(world);
   own.rays.guiding.doublings.assign(world.samples.size(), 1);
-  own.rays.looks = own.rays.uncast(own.rays.guides_of_samples(world.progress));
+  own.rays.hits = own.rays.uncast(own.rays.guides_of_samples(world.progress));
   own.rays.cast(world.progress);
   ArchiveView view;
   own.rays.save(view);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Errors of neighbours, and of all that may miss what a few lucky rays found.
-#include "gather/looks/pool_errors.h"
+#include "gather/hits/pool_errors.h"
 
 #include <gtest/gtest.h>
 

@@ -102,7 +102,7 @@ class Ranges {
   void bake() {
     begin();
     add_all();
-    whole_->exchange().look(all_flights(), progress_);
+    whole_->exchange().gather(all_flights(), progress_);
     for (const auto& part : parts_) part->exchange().ask_for(whole_->exchange().asked_lights());
   }
 
@@ -364,14 +364,14 @@ TEST(Ranges, RefuseWhatTheyCannotDo) {
   refused([&] { read(part); }, "holds paths 0 to 2000 of 4000");
   refused([&] { read(whole); },
           "found the sums of 0 paths after 0 edits, expected those of all 4000");
-  refused([&] { whole.exchange().look({}, progress); }, "found the sums of 0 paths");
-  refused([&] { whole.update(kSteps[0], 0, progress); }, "call look()");
-  refused([&] { whole.recompute(progress); }, "call look()");
-  refused([&] { whole.save(); }, "call look()");
+  refused([&] { whole.exchange().gather({}, progress); }, "found the sums of 0 paths");
+  refused([&] { whole.update(kSteps[0], 0, progress); }, "call gather()");
+  refused([&] { whole.recompute(progress); }, "call gather()");
+  refused([&] { whole.save(); }, "call gather()");
   refused([&] { part.exchange().add_path_changes({}); }, "expected a baked one of path_range");
   refused([&] { whole.exchange().path_changes(); },
           "found a session that is not baked or evaluates light");
-  refused([&] { part.exchange().look({}, progress); }, "expected a baked one of path_range");
+  refused([&] { part.exchange().gather({}, progress); }, "expected a baked one of path_range");
   const PathChanges all = part.exchange().path_changes();
   PathChanges wrong = all;
   --wrong.discs.size;
@@ -575,7 +575,7 @@ void expect_cancelled_looks_to_leave_everything(int64_t most_tried) {
   constexpr int64_t kMany = 1 << 30;
   const auto counted = whole();
   fault::arm(fault::Kind::cancel, kMany);
-  counted->exchange().look(flights, progress);
+  counted->exchange().gather(flights, progress);
   const int64_t checks = kMany - fault::countdown[size_t(fault::Kind::cancel)];
   fault::arm(fault::Kind::cancel, 0);
   EXPECT_GT(checks, 50);
@@ -584,13 +584,13 @@ void expect_cancelled_looks_to_leave_everything(int64_t most_tried) {
   const size_t forecast = session->forecast().bytes;
   for (int64_t check = checks; check > 0; check -= 1 + checks / most_tried) {
     fault::arm(fault::Kind::cancel, check);
-    EXPECT_THROW(session->exchange().look(flights, progress), Cancelled) << check;
+    EXPECT_THROW(session->exchange().gather(flights, progress), Cancelled) << check;
     fault::arm(fault::Kind::cancel, 0);
     EXPECT_EQ(session->exchange().path_sums().cells, before.cells);
     EXPECT_EQ(session->forecast().bytes, forecast);
     EXPECT_TRUE(session->exchange().asked_lights().empty());
   }
-  session->exchange().look(flights, progress);
+  session->exchange().gather(flights, progress);
   EXPECT_EQ(session->digest(part.segments_hash()), one.digest());
 }
 

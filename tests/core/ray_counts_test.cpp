@@ -12,8 +12,8 @@ namespace {
 constexpr uint32_t kStandard = 256;
 
 /// A few places are ten times as noisy as all others.
-std::vector<PilotLook> few_noisy() {
-  std::vector<PilotLook> pilots(1000, {10, 0.01f});
+std::vector<PilotEstimate> few_noisy() {
+  std::vector<PilotEstimate> pilots(1000, {10, 0.01f});
   for (size_t i = 0; i < 40; ++i) pilots[25 * i].variance = 1;
   return pilots;
 }
@@ -35,7 +35,7 @@ TEST(RayCounts, LieOneAfterTheOther) {
 }
 
 TEST(RayNeed, GoesToWhereTheNoiseIs) {
-  const std::vector<PilotLook> pilots = few_noisy();
+  const std::vector<PilotEstimate> pilots = few_noisy();
   const RayNeed need(pilots, kStandard);
   size_t more = 0;
   for (size_t i = 0; i < pilots.size(); ++i) {
@@ -65,16 +65,16 @@ TEST(RayNeed, HalvesOnlyWhereHalfWouldDo) {
 }
 
 TEST(RayNeed, IsNowhereWhereAllIsAlikeOrDark) {
-  const std::vector<PilotLook> alike(100, {3, 0.5f}), dark(100, {0, 0}), still(100, {3, 0});
+  const std::vector<PilotEstimate> alike(100, {3, 0.5f}), dark(100, {0, 0}), still(100, {3, 0});
   for (const auto& pilots : {alike, dark, still}) {
     const RayNeed need(pilots, kStandard);
     EXPECT_EQ(need.flaw(), nullptr);
-    for (const PilotLook& pilot : pilots) EXPECT_EQ(need.doublings(pilot, kStandard, 0), 0);
+    for (const PilotEstimate& pilot : pilots) EXPECT_EQ(need.doublings(pilot, kStandard, 0), 0);
   }
 }
 
 TEST(RayNeed, GoesBesideBrightPoolsWithinHalfOfWhatThereIs) {
-  std::vector<PilotLook> pilots(100, {10, 0});
+  std::vector<PilotEstimate> pilots(100, {10, 0});
   for (int i = 0; i < 4; ++i) pilots[size_t(i)].beside = 1000;
   const RayNeed few(pilots, kStandard);
   EXPECT_EQ(few.beside, 256);  // from 32 on it would be 28 % more rays
@@ -82,7 +82,7 @@ TEST(RayNeed, GoesBesideBrightPoolsWithinHalfOfWhatThereIs) {
   EXPECT_EQ(few.doublings({10, 0, 4000}, kStandard, RayCounts::kMinDoublings),
             RayCounts::kMaxDoublings);
   EXPECT_EQ(few.doublings({10, 0, 200}, kStandard, 0), 0);
-  for (PilotLook& pilot : pilots) pilot.beside = 1000;
+  for (PilotEstimate& pilot : pilots) pilot.beside = 1000;
   const RayNeed all(pilots, kStandard);
   EXPECT_EQ(all.doublings(pilots[0], kStandard, 0), 0);
   EXPECT_EQ(all.flaw(), nullptr);

@@ -66,8 +66,8 @@ def test_recipes_name_what_there_is() -> None:
         ("core/trace/walk.cpp", "scatter", False),  # called there, and a member
         ("core/trace/walk.cpp", "facing_normal", False),  # called there
         ("core/trace/scatter.h", "facing_normal", True),
-        ("core/gather/looks/looks.cpp", "Looks::Caster::look", True),
-        ("core/gather/looks/looks.cpp", "Looks::Caster::closest", False),  # called there
+        ("core/gather/hits/gather_hits.cpp", "GatherHits::Caster::cast", True),
+        ("core/gather/hits/gather_hits.cpp", "Looks::Caster::closest", False),  # called there
         ("core/gather/aim/ray_counts.h", "RayCounts::count", True),
         ("core/segments/segment_store.h", "Segment", True),
         ("python/deltalux/session/session.py", "Session.move", True),

@@ -20,16 +20,16 @@ constexpr double kShareBeside = 0.5;  // largest share of the additional rays
 
 }  // namespace
 
-float RayNeed::relative_noise(const PilotLook& pilot, uint32_t standard) const {
+float RayNeed::relative_noise(const PilotEstimate& pilot, uint32_t standard) const {
   const float few = float(RayCounts::rays(standard, RayCounts::kMinDoublings));
   const float noise =
       std::sqrt(pilot.variance * few / float(standard)) / std::max(pilot.irradiance, dark);
   return noise;
 }
 
-RayNeed::RayNeed(std::span<const PilotLook> pilots, uint32_t standard) {
+RayNeed::RayNeed(std::span<const PilotEstimate> pilots, uint32_t standard) {
   double sum = 0;
-  for (const PilotLook& pilot : pilots) sum += double(pilot.irradiance);
+  for (const PilotEstimate& pilot : pilots) sum += double(pilot.irradiance);
   dark = kDark * float(sum / double(pilots.size()));
   if (!(dark > 0) || !std::isfinite(dark)) {
     dark = 0;
@@ -38,7 +38,7 @@ RayNeed::RayNeed(std::span<const PilotLook> pilots, uint32_t standard) {
   beside = kBeside;
   while (beside < kMaxBeside && more_rays(pilots, standard) > kShareBeside * kMoreRays) beside *= 2;
   float most = 0, mean = 0;
-  for (const PilotLook& pilot : pilots) {
+  for (const PilotEstimate& pilot : pilots) {
     const float own = relative_noise(pilot, standard);
     if (std::isfinite(own)) most = std::max(most, own), mean += own / float(pilots.size());
   }
@@ -53,13 +53,14 @@ RayNeed::RayNeed(std::span<const PilotLook> pilots, uint32_t standard) {
   }
 }
 
-double RayNeed::more_rays(std::span<const PilotLook> pilots, uint32_t standard) const {
+double RayNeed::more_rays(std::span<const PilotEstimate> pilots, uint32_t standard) const {
   double more = 0;
-  for (const PilotLook& pilot : pilots) more += double((1 << doublings(pilot, standard, 0)) - 1);
+  for (const PilotEstimate& pilot : pilots)
+    more += double((1 << doublings(pilot, standard, 0)) - 1);
   return more / double(pilots.size());
 }
 
-int RayNeed::doublings_beside(const PilotLook& pilot) const {
+int RayNeed::doublings_beside(const PilotEstimate& pilot) const {
   int doublings = 0;
   while (beside > 0 && doublings < RayCounts::kMaxDoublings &&
          pilot.beside > std::ldexp(beside, doublings))
@@ -67,7 +68,7 @@ int RayNeed::doublings_beside(const PilotLook& pilot) const {
   return doublings;
 }
 
-int RayNeed::doublings(const PilotLook& pilot, uint32_t standard, int least) const {
+int RayNeed::doublings(const PilotEstimate& pilot, uint32_t standard, int least) const {
   const float own = relative_noise(pilot, standard);
   int doublings = doublings_beside(pilot);
   if (!(noise > 0) || !std::isfinite(own)) return doublings;

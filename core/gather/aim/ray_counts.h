@@ -42,7 +42,7 @@ class RayCounts {
 };
 
 /// What a few pilot rays tell about a receiver, sum of all channels.
-struct PilotLook {
+struct PilotEstimate {
   float irradiance;  ///< including direct light
   float variance;    ///< of the mean over the pilot rays
   float beside = 0;  ///< see Beams::beside
@@ -60,17 +60,17 @@ struct RayNeed {
   RayNeed() = default;
   /// Chooses limits with which receivers like these cast at most kMoreRays additional rays. A
   /// receiver's number then depends on no other receiver.
-  explicit RayNeed(std::span<const PilotLook> pilots, uint32_t standard);
+  explicit RayNeed(std::span<const PilotEstimate> pilots, uint32_t standard);
   /// log2 of the factor for a receiver, between `least` and RayCounts::kMaxDoublings.
-  int doublings(const PilotLook& pilot, uint32_t standard, int least) const;
+  int doublings(const PilotEstimate& pilot, uint32_t standard, int least) const;
   /// Why these data are invalid; null if they are valid.
   const char* flaw() const;
 
  private:
   /// Additional rays per standard ray, for receivers like these.
-  double more_rays(std::span<const PilotLook> pilots, uint32_t standard) const;
-  int doublings_beside(const PilotLook& pilot) const;
-  float relative_noise(const PilotLook& pilot, uint32_t standard) const;
+  double more_rays(std::span<const PilotEstimate> pilots, uint32_t standard) const;
+  int doublings_beside(const PilotEstimate& pilot) const;
+  float relative_noise(const PilotEstimate& pilot, uint32_t standard) const;
 };
 
 }  // namespace deltalux::gather

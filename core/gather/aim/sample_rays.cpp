@@ -16,24 +16,24 @@ constexpr float kWorth = 0.01f;
 constexpr float kRest = 0.25f;
 constexpr float kMaxShare = 1e20f;  // larger shares are not finite
 constexpr size_t kMaxAsked = 32;    // guides that a sample tests for visibility, the noisiest first
-constexpr uint32_t kLooks = 8;      // rays that test how much of a guide is visible
+constexpr uint32_t kTries = 8;      // rays that test how much of a guide is visible
 // if none of those sees it: even through a slit a guide can be bright
-constexpr uint32_t kMaxLooks = 64;
+constexpr uint32_t kMaxTries = 64;
 constexpr uint32_t kAllLooks = 512;  // per sample, approximately
 
 /// A guide or beam that a sample may cast rays to.
 struct Candidate {
   float noise, share;  ///< if all of it were visible
   uint16_t guide;
-  uint32_t looks = 0, hits = 0;
-  float seen() const { return float(hits) / float(looks); }
+  uint32_t tries = 0, hits = 0;
+  float seen() const { return float(hits) / float(tries); }
 };
 
 /// Tests the visibility of the noisiest candidates with a few rays each, then of those not seen yet
-/// with more rays. Keeps the noisiest visible ones. look(candidates): casts kLooks more rays for
+/// with more rays. Keeps the noisiest visible ones. test(candidates): casts kTries more rays for
 /// each.
 template <class Look>
-void keep_seen(std::vector<Candidate>& candidates, const Look& look) {
+void keep_seen(std::vector<Candidate>& candidates, const Look& test) {
   const auto by_noise = [](const Candidate& a, const Candidate& b) { return a.noise > b.noise; };
   std::stable_sort(candidates.begin(), candidates.end(), by_noise);
   if (candidates.size() > kMaxAsked) candidates.resize(kMaxAsked);
@@ -41,11 +41,11 @@ void keep_seen(std::vector<Candidate>& candidates, const Look& look) {
   for (Candidate& own : candidates) asked.push_back(&own);
   uint32_t all = 0;
   while (!asked.empty()) {
-    look(asked);
-    all += uint32_t(asked.size()) * kLooks;
+    test(asked);
+    all += uint32_t(asked.size()) * kTries;
     std::erase_if(asked,
-                  [](const Candidate* own) { return own->hits > 0 || own->looks >= kMaxLooks; });
-    asked.resize(std::min(asked.size(), size_t(kAllLooks - std::min(kAllLooks, all)) / kLooks));
+                  [](const Candidate* own) { return own->hits > 0 || own->tries >= kMaxTries; });
+    asked.resize(std::min(asked.size(), size_t(kAllLooks - std::min(kAllLooks, all)) / kTries));
   }
   std::erase_if(candidates, [](const Candidate& own) { return own.hits == 0; });
   for (Candidate& own : candidates) own.noise *= std::sqrt(own.seen()), own.share *= own.seen();
@@ -108,8 +108,8 @@ SeenGuides see_guides(std::span<const Guide> guides, const Beams& beams,
   keep_seen(candidates, [&](std::span<Candidate* const> asked) {
     for (Candidate* own : asked) {
       const PathRandom random(combine(seed, receiver.key), own->guide);
-      for (const uint32_t end = own->looks + kLooks; own->looks < end; ++own->looks) {
-        const uint32_t k = own->looks;
+      for (const uint32_t end = own->tries + kTries; own->tries < end; ++own->tries) {
+        const uint32_t k = own->tries;
         if (own->guide >= guides.size()) {
           const Beam& beam = beams[own->guide - RayShares::kFirstBeam];
           own->hits += beam.sees(k, caster, origin, receiver.normal, random);

@@ -7,8 +7,8 @@
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "gather/choose/lit_cells.h"
-#include "gather/looks/chain.h"
-#include "gather/looks/evaluate.h"
+#include "gather/hits/chain.h"
+#include "gather/hits/evaluate.h"
 
 namespace deltalux::gather {
 

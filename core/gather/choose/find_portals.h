@@ -8,8 +8,8 @@
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "gather/aim/guide.h"
-#include "gather/looks/chain.h"
-#include "gather/looks/evaluate.h"
+#include "gather/hits/chain.h"
+#include "gather/hits/evaluate.h"
 
 namespace deltalux::gather {
 

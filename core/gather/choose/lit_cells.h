@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "gather/looks/chain.h"
-#include "gather/looks/evaluate.h"
+#include "gather/hits/chain.h"
+#include "gather/hits/evaluate.h"
 
 namespace deltalux::gather {
 

@@ -2,8 +2,8 @@
 // The light that a ray sees where it lands, when places are searched that are bright.
 #pragma once
 #include "gather/cells/cells.h"
-#include "gather/looks/chain.h"
-#include "gather/looks/evaluate.h"
+#include "gather/hits/chain.h"
+#include "gather/hits/evaluate.h"
 
 namespace deltalux::gather {
 

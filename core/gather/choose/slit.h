@@ -2,7 +2,7 @@
 // Finds receivers in slits between static surfaces.
 #pragma once
 #include "gather/aim/directions.h"
-#include "gather/looks/chain.h"
+#include "gather/hits/chain.h"
 
 namespace deltalux::gather {
 

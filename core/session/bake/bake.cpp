@@ -66,8 +66,8 @@ void trace_all(State& s, Progress& progress, Frame& frame) {
 
 }  // namespace
 
-void look_around(State& s, Progress& progress, bool new_guides, const FirstFlights& others,
-                 const std::function<void()>& chosen) {
+void gather_light(State& s, Progress& progress, bool new_guides, const FirstFlights& others,
+                  const std::function<void()>& chosen) {
   if (!s.gathers() || !s.evaluates()) return;
   s.cells.cover(progress);
   if (new_guides) {
@@ -76,10 +76,10 @@ void look_around(State& s, Progress& progress, bool new_guides, const FirstFligh
     if (chosen) chosen();
     const std::vector<gather::SeenGuides> seen = s.rays.guides_of_samples(progress);
     choose_rays(s, now, seen, progress);
-    s.rays.looks = s.rays.uncast(seen);
+    s.rays.hits = s.rays.uncast(seen);
   } else {
     s.rays.place();
-    s.rays.looks = s.rays.uncast(s.rays.guides_of_samples(progress));
+    s.rays.hits = s.rays.uncast(s.rays.guides_of_samples(progress));
   }
   s.rays.cast(progress);
 }
@@ -114,7 +114,7 @@ Frame bake(State& s, Progress& progress, bool leave_direct) {
   s.direct.compute(progress, leave_direct);
   if (leave_direct) s.sharing.awaited_direct = std::make_unique<Awaited>(s.samples.size());
   frame.end_stage("direct", watch);
-  if (s.holds_all()) look_around(s, progress, true, {}, [&] { frame.end_stage("guides", watch); });
+  if (s.holds_all()) gather_light(s, progress, true, {}, [&] { frame.end_stage("guides", watch); });
   frame.end_stage("gather", watch);
   s.discs.refresh_areas(nullptr);
   return frame;
@@ -130,7 +130,7 @@ Frame recompute(State& s, Progress& progress) {
   Stopwatch watch;
   s.direct.compute(progress);
   frame.end_stage("direct", watch);
-  look_around(s, progress);
+  gather_light(s, progress);
   frame.end_stage("gather", watch);
   s.discs.refresh_areas(nullptr);
   return frame;
@@ -148,7 +148,7 @@ void rebuild(State& s, Progress& progress) {
   s.images.kept.reset();
   trace_all(s, unstoppable, frame);
   s.direct.compute(unstoppable);
-  look_around(s, unstoppable);
+  gather_light(s, unstoppable);
   s.discs.refresh_areas(nullptr);
   s.damaged = false;
 }

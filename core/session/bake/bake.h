@@ -27,7 +27,7 @@ void rebuild(State& state, Progress& progress);
 /// does; otherwise keep those of the bake. `others`: first flights of paths that other sessions
 /// hold; `chosen` is called once guides are chosen. In a session with a part of the paths, or
 /// without a final gather, this does nothing.
-void look_around(State& state, Progress& progress, bool new_guides = false,
-                 const FirstFlights& others = {}, const std::function<void()>& chosen = {});
+void gather_light(State& state, Progress& progress, bool new_guides = false,
+                  const FirstFlights& others = {}, const std::function<void()>& chosen = {});
 
 }  // namespace deltalux::session

@@ -14,19 +14,19 @@ namespace {
 constexpr size_t kPlaces = 512;
 
 /// Casts a few rays from these receivers, to predict the memory of all rays.
-gather::Looks::PerRay few_rays(const gather::Present& present, uint64_t seed,
-                               const Workers& workers) {
+gather::GatherHits::PerRay few_rays(const gather::Present& present, uint64_t seed,
+                                    const Workers& workers) {
   constexpr uint32_t kRays = 32;
   const std::vector<int8_t> as_told(present.receivers.size());
-  gather::Looks looks({as_told, kRays}, seed);
+  gather::GatherHits hits({as_told, kRays}, seed);
   Progress part;
-  looks.cast(present, workers, part);
-  return looks.per_ray();
+  hits.cast(present, workers, part);
+  return hits.per_ray();
 }
 
 }  // namespace
 
-gather::Looks::PerRay pilot_rays(const State& s) {
+gather::GatherHits::PerRay pilot_rays(const State& s) {
   std::vector<Vec3f> points, normals;
   const size_t stride = std::max<size_t>(1, s.samples.size() / kPlaces);
   for (size_t i = 0; i < s.samples.size(); i += stride) {

@@ -8,7 +8,7 @@
 namespace deltalux::session {
 
 /// Casts a few rays from a few samples, to predict the memory of all rays.
-gather::Looks::PerRay pilot_rays(const State& state);
+gather::GatherHits::PerRay pilot_rays(const State& state);
 /// Chooses the rule for numbers of rays. Returns whether anything is lit.
 bool choose_need(State& state, const gather::Evaluation& now);
 /// Adds the rays chosen to the forecast; drops the choice if they exceed the memory limit.

@@ -45,7 +45,7 @@ size_t forecast_sharing(const State& s) {
 double ray_bytes(const State& s, double rays, bool weighted) {
   const double told = double(s.samples.size()) * double(s.options.gather_rays);
   return std::min(rays, told) * s.forecast.per_ray.bytes(weighted) +
-         std::max(0.0, rays - told) * gather::Looks::kAddedRays.bytes(weighted);
+         std::max(0.0, rays - told) * gather::GatherHits::kAddedRays.bytes(weighted);
 }
 
 void forecast_memory(State& s, const PilotPaths& paths) {
@@ -72,8 +72,8 @@ void refuse_beyond_limit(State& s) {
   if (s.gathers() && s.evaluates()) {
     s.forecast.per_ray = pilot_rays(s);
     rays = ray_bytes(s, expected_rays(s), true) +
-           gather::Looks::forecast_working_bytes(s.samples.size(), double(s.options.gather_rays),
-                                                 s.forecast.per_ray);
+           gather::GatherHits::forecast_working_bytes(
+               s.samples.size(), double(s.options.gather_rays), s.forecast.per_ray);
     s.forecast.bytes += size_t(rays) + gather::CellLight::forecast_bytes(s.cells.division.size());
   }
   if (s.gathers()) s.forecast.bytes += s.cells.division.bytes() + s.cells.sums.bytes();

@@ -6,7 +6,7 @@
 #include "base/progress.h"
 #include "gather/cells/cells.h"
 #include "gather/cells/coverage.h"
-#include "gather/looks/cell_light.h"
+#include "gather/hits/cell_light.h"
 #include "session/world/lanes.h"
 #include "session/world/world.h"
 #include "trace/change.h"

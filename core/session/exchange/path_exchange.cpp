@@ -244,12 +244,12 @@ void Exchange::ask_for(std::span<const uint32_t> lights) {
   if (std::adjacent_find(lights.begin(), lights.end(), std::greater_equal{}) != lights.end())
     throw OptionError(
         "ask_for: found lights that do not ascend, expected each once; give asked_lights of the "
-        "session that looked");
+        "session that all_cast");
   for (const uint32_t light : lights)
     if (!s.gathers() || s.evaluates() || !std::binary_search(known.begin(), known.end(), light))
       throw OptionError("ask_for: found light " + std::to_string(light) +
                         ", expected narrow or parallel lights, in a session that gathers and holds "
-                        "a part of the paths; give asked_lights of the session that looked");
+                        "a part of the paths; give asked_lights of the session that all_cast");
   if (lights.empty()) return;
   const FirstFlights own = first_flights();
   gather::Guiding fresh = s.rays.guiding;

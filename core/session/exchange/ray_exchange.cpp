@@ -41,13 +41,13 @@ void check_flights(const FirstFlights& flights, const std::vector<uint32_t>& lig
                    uint64_t cells) {
   if (flights.lights != lights)
     throw OptionError(
-        "look: found first flights of other lights than the narrow and parallel ones of the "
+        "gather: found first flights of other lights than the narrow and parallel ones of the "
         "scene; give the sum of the first_flights of all ranges");
   if (flights.cells != cells || flights.at.size() != flights.quanta.size() ||
       std::adjacent_find(flights.at.begin(), flights.at.end(), std::greater_equal{}) !=
           flights.at.end() ||
       (!flights.at.empty() && flights.at.back() >= lights.size() * cells * kBatches))
-    throw OptionError("look: found first flights to " + std::to_string(flights.cells) +
+    throw OptionError("gather: found first flights to " + std::to_string(flights.cells) +
                       " cells, or not in order, expected " + std::to_string(cells) + kSame);
 }
 
@@ -63,7 +63,7 @@ std::vector<gather::CellLight::Radiosity> read_light(ArchiveSource& archive, con
 }
 
 /// Runs `choose`; if that throws, the session is as it was.
-void choose_look(State& s, const std::function<void()>& choose) {
+void choose_gather(State& s, const std::function<void()>& choose) {
   const gather::CellSums before = s.cells.sums;
   const Forecast forecast = s.forecast;
   try {
@@ -71,7 +71,7 @@ void choose_look(State& s, const std::function<void()>& choose) {
   } catch (...) {
     s.rays.guiding = {};
     s.rays.beams = {}, s.rays.suns = {};
-    s.rays.looks = gather::Looks({}, s.options.seed);
+    s.rays.hits = gather::GatherHits({}, s.options.seed);
     s.cells.sums = before;
     s.forecast = forecast;
     s.cells.touch_all();
@@ -81,60 +81,60 @@ void choose_look(State& s, const std::function<void()>& choose) {
 
 }  // namespace
 
-bool Exchange::may_look(const FirstFlights& others) const {
+bool Exchange::may_gather(const FirstFlights& others) const {
   const State& s = state_;
   check_whole(s);
   if (!s.baked || !s.holds_none())
     throw OptionError(
-        "look: found a session that holds paths or is not baked, expected a baked one of "
+        "gather: found a session that holds paths or is not baked, expected a baked one of "
         "path_range=(0, 0)");
   check_added(s);
-  if (s.sharing.looking)
+  if (s.sharing.begun)
     throw OptionError(
-        "look: found a session that waits for gather rays of others; add those that it lacks, or "
+        "gather: found a session that waits for gather rays of others; add those that it lacks, or "
         "bake again");
-  if (!s.gathers() || s.rays.looked()) return false;
-  if (s.sharing.awaited_direct) check_looked(s);
+  if (!s.gathers() || s.rays.all_cast()) return false;
+  if (s.sharing.awaited_direct) check_gathered(s);
   check_flights(others, guide_candidates(s), s.cells.division.size());
   return true;
 }
 
-void Exchange::look(const FirstFlights& others, Progress& progress) {
+void Exchange::gather(const FirstFlights& others, Progress& progress) {
   State& s = state_;
-  if (may_look(others)) choose_look(s, [&] { look_around(s, progress, true, others); });
+  if (may_gather(others)) choose_gather(s, [&] { gather_light(s, progress, true, others); });
 }
 
-void Exchange::begin_look(const FirstFlights& others, Progress& progress) {
+void Exchange::begin_gather(const FirstFlights& others, Progress& progress) {
   State& s = state_;
-  if (!may_look(others)) return;
-  choose_look(s, [&] {
+  if (!may_gather(others)) return;
+  choose_gather(s, [&] {
     s.cells.cover(progress);
-    auto looking = std::make_unique<BegunLook>();
-    looking->factors = choice_factors(s);
-    const ChoiceLight choice(s, looking->factors);
+    auto begun = std::make_unique<BegunGather>();
+    begun->factors = choice_factors(s);
+    const ChoiceLight choice(s, begun->factors);
     const gather::Evaluation now = choose_guides(s, others, progress);
-    looking->lit = choose_need(s, now);
-    s.sharing.looking = std::move(looking);
+    begun->lit = choose_need(s, now);
+    s.sharing.begun = std::move(begun);
   });
 }
 
-const BegunLook& Exchange::looking(std::optional<bool> counted) const {
+const BegunGather& Exchange::begun(std::optional<bool> counted) const {
   const State& s = state_;
-  if (!s.sharing.looking || (counted && *counted != (s.sharing.looking->looks.samples() > 0)))
+  if (!s.sharing.begun || (counted && *counted != (s.sharing.begun->hits.samples() > 0)))
     throw OptionError(
-        "gather rays: found a session that does not wait for this, expected begin_look(), "
-        "take_numbers(), and take_looks() until there are those of all samples");
-  return *s.sharing.looking;
+        "gather rays: found a session that does not wait for this, expected begin_gather(), "
+        "take_numbers(), and take_hits() until there are those of all samples");
+  return *s.sharing.begun;
 }
 
-ArchiveView Exchange::save_look() const {
+ArchiveView Exchange::save_gather() const {
   const State& s = state_;
-  looking();
+  begun();
   ArchiveView archive;
   s.rays.guiding.save_samples(0, 0, archive);
   archive.append(kRadiosity, s.cells.light.all());
   archive.append(kCaustics, std::span(s.cells.light.caustics()));
-  archive.append(kFactors, looking().factors);
+  archive.append(kFactors, begun().factors);
   return archive;
 }
 
@@ -168,10 +168,10 @@ void Exchange::take_direct(size_t first, size_t last, ArchiveSource& archive) {
   if (s.sharing.awaited_direct->over()) s.sharing.awaited_direct.reset();
 }
 
-void Exchange::join_look(ArchiveSource& archive) {
+void Exchange::join_gather(ArchiveSource& archive) {
   State& s = state_;
   place_samples();
-  if (!s.gathers()) throw OptionError("join_look: found a session that does not gather");
+  if (!s.gathers()) throw OptionError("join_gather: found a session that does not gather");
   gather::Guiding guiding;
   guiding.restore(archive, s.lights, 0, s.options.gather_rays);
   const size_t cells = s.cells.division.size();
@@ -193,13 +193,13 @@ void Exchange::check_joined(size_t first, size_t last) const {
   const State& s = state_;
   if (s.evaluates() || s.direct.receivers.empty())
     throw OptionError(
-        "rays: found a session that casts none for others; call place_samples() or join_look()");
+        "rays: found a session that casts none for others; call place_samples() or join_gather()");
   Awaited::check(first, last, s.direct.receivers.size());
 }
 
 std::vector<Vec3d> Exchange::direct_of_samples(size_t first, size_t last) const {
   const State& s = state_;
-  const std::vector<double>& factors = looking(false).factors;
+  const std::vector<double>& factors = begun(false).factors;
   Awaited::check(first, last, s.direct.receivers.size());
   return irradiance_of(*s.direct.light, factors, first, last - first);
 }
@@ -222,7 +222,7 @@ RayNumbers Exchange::number_rays(size_t first, std::span<const Vec3d> direct,
 
 void Exchange::take_numbers(RayNumbers numbers) {
   State& s = state_;
-  looking(false);
+  begun(false);
   const size_t samples = s.samples.size(), guided = s.rays.guiding.empty() ? 0 : samples;
   if (numbers.doublings.size() != samples || numbers.seen.size() != guided)
     refuse("numbers of rays for " + std::to_string(numbers.doublings.size()) + " of " +
@@ -234,14 +234,14 @@ void Exchange::take_numbers(RayNumbers numbers) {
     if (!is_sound(seen, s.rays.guiding.guides.size(), s.rays.guiding.beams.size()))
       refuse("a guide that is not there");
   s.rays.guiding.doublings = std::move(numbers.doublings);
-  if (s.sharing.looking->lit) fit_rays(s);
-  s.sharing.looking->looks = s.rays.uncast(numbers.seen);
-  s.sharing.looking->looks.clear(s.rays.guiding);
-  s.sharing.looking->awaited = Awaited(samples);
+  if (s.sharing.begun->lit) fit_rays(s);
+  s.sharing.begun->hits = s.rays.uncast(numbers.seen);
+  s.sharing.begun->hits.clear(s.rays.guiding);
+  s.sharing.begun->awaited = Awaited(samples);
 }
 
-std::vector<uint64_t> Exchange::look_cuts(uint64_t rays) const {
-  const gather::RayCounts& counts = looking(true).looks.rays();
+std::vector<uint64_t> Exchange::ray_cuts(uint64_t rays) const {
+  const gather::RayCounts& counts = begun(true).hits.rays();
   std::vector<uint64_t> cuts{0};
   for (size_t i = 1; i <= counts.receivers(); ++i)
     if (i == counts.receivers() || counts.first(i) - counts.first(cuts.back()) >= rays)
@@ -251,35 +251,35 @@ std::vector<uint64_t> Exchange::look_cuts(uint64_t rays) const {
 
 ArchiveView Exchange::save_aims(size_t first, size_t last) const {
   const State& s = state_;
-  looking(true);
+  begun(true);
   Awaited::check(first, last, s.samples.size());
   ArchiveView archive;
   s.rays.guiding.save_samples(first, last, archive);
   return archive;
 }
 
-gather::Looks Exchange::cast_looks(size_t first, size_t last, ArchiveSource& archive,
-                                   Progress& progress) const {
+gather::GatherHits Exchange::cast_gather_rays(size_t first, size_t last, ArchiveSource& archive,
+                                              Progress& progress) const {
   const State& s = state_;
   check_joined(first, last);
   gather::Guiding aims;
   aims.restore(archive, s.lights, last - first, s.options.gather_rays);
-  gather::Looks looks({aims.doublings, s.options.gather_rays}, s.options.seed);
-  looks.cast(s.rays.present(std::span(s.direct.receivers).subspan(first, last - first), aims),
-             s.workers, progress);
-  return looks;
+  gather::GatherHits hits({aims.doublings, s.options.gather_rays}, s.options.seed);
+  hits.cast(s.rays.present(std::span(s.direct.receivers).subspan(first, last - first), aims),
+            s.workers, progress);
+  return hits;
 }
 
-void Exchange::take_looks(size_t first, size_t last, ArchiveSource& archive) {
+void Exchange::take_hits(size_t first, size_t last, ArchiveSource& archive) {
   State& s = state_;
-  looking(true);
-  s.sharing.looking->awaited.check_missing(first, last);
+  begun(true);
+  s.sharing.begun->awaited.check_missing(first, last);
   Progress part;
-  s.sharing.looking->looks.restore_samples(first, last, archive, s.rays.present(), part);
-  s.sharing.looking->awaited.take(first, last);
-  if (!s.sharing.looking->awaited.over()) return;
-  s.rays.looks = std::move(s.sharing.looking->looks);
-  s.sharing.looking.reset();
+  s.sharing.begun->hits.restore_samples(first, last, archive, s.rays.present(), part);
+  s.sharing.begun->awaited.take(first, last);
+  if (!s.sharing.begun->awaited.over()) return;
+  s.rays.hits = std::move(s.sharing.begun->hits);
+  s.sharing.begun.reset();
 }
 
 }  // namespace deltalux::session

@@ -230,7 +230,7 @@ void restore_rays(State& s, ArchiveSource& archive, Progress& progress) {
 
 ArchiveView save(const State& s, bool shared) {
   check_whole(s);
-  check_looked(s);
+  check_gathered(s);
   ArchiveView archive;
   save_scene(s, archive);
   if (!s.baked) return archive;

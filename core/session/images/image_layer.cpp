@@ -19,7 +19,7 @@ constexpr size_t kBatch = size_t(1) << 16;
 
 }  // namespace
 
-std::unique_ptr<KeptPlaces::Batch> ImageLayer::look_from(std::vector<direct::Receiver> receivers,
+std::unique_ptr<KeptPlaces::Batch> ImageLayer::cast_from(std::vector<direct::Receiver> receivers,
                                                          std::span<const Vec3d> direct,
                                                          uint32_t count,
                                                          const gather::Evaluation& now) const {
@@ -27,32 +27,32 @@ std::unique_ptr<KeptPlaces::Batch> ImageLayer::look_from(std::vector<direct::Rec
   std::vector<gather::SeenGuides> seen = rays.guides_at(receivers, count, part);
   std::vector<int8_t> doublings(receivers.size());
   gather::Guiding pilot_guiding;
-  gather::Looks pilots({}, world.options.seed);
+  gather::GatherHits pilots({}, world.options.seed);
   if (needs_pilots(rays)) {
     const gather::RayCounts counts = pilot_rays_of(receivers.size(), count);
     pilot_guiding = rays.guiding_of(seen, counts);
-    pilots = rays.looks_of(receivers, pilot_guiding, counts, world.options.seed ^ kPilotSeed, now);
-    std::vector<gather::PilotLook> told;
+    pilots = rays.hits_of(receivers, pilot_guiding, counts, world.options.seed ^ kPilotSeed, now);
+    std::vector<gather::PilotEstimate> told;
     for (size_t i = 0; i < receivers.size(); ++i)
       told.push_back(pilot_of(rays, pilots, i, receivers[i], direct[i], now));
     doublings = doublings_of(rays, receivers, told, count);
   }
   const gather::RayCounts counts(doublings, count);
   gather::Guiding guiding = rays.guiding_of(seen, counts);
-  gather::Looks looks = rays.looks_of(receivers, guiding, counts, world.options.seed, now);
+  gather::GatherHits hits = rays.hits_of(receivers, guiding, counts, world.options.seed, now);
   return std::make_unique<KeptPlaces::Batch>(KeptPlaces::Batch{
       count, std::move(receivers), std::move(seen), std::move(pilot_guiding), std::move(guiding),
-      std::move(pilots), std::move(looks), std::move(doublings)});
+      std::move(pilots), std::move(hits), std::move(doublings)});
 }
 
 void ImageLayer::follow(const gather::Evaluation& now, Progress& progress) {
-  const auto cast_again = [&](gather::Looks& looks, const KeptPlaces::Batch& batch,
+  const auto cast_again = [&](gather::GatherHits& hits, const KeptPlaces::Batch& batch,
                               const gather::Guiding& guiding, const gather::Change& change) {
-    if (!looks.samples()) return;
+    if (!hits.samples()) return;
     Progress part;
     const gather::Present here = rays.present(batch.receivers, guiding);
-    looks.note(here, change);
-    looks.follow(here, world.workers, part, [](size_t) {}, [&] { return !progress.cancelled(); });
+    hits.note(here, change);
+    hits.follow(here, world.workers, part, [](size_t) {}, [&] { return !progress.cancelled(); });
     progress.check();
   };
   try {
@@ -62,18 +62,18 @@ void ImageLayer::follow(const gather::Evaluation& now, Progress& progress) {
       if (rays.beams.placed(own.scene)) {
         Progress part;
         batch.seen = rays.guides_at(batch.receivers, batch.rays, part);
-        const auto renew = [&](gather::Guiding& guiding, const gather::Looks& looks) {
-          if (!looks.samples()) return;
-          std::vector<gather::RayShares> shares = rays.shares_of(batch.seen, looks.rays());
+        const auto renew = [&](gather::Guiding& guiding, const gather::GatherHits& hits) {
+          if (!hits.samples()) return;
+          std::vector<gather::RayShares> shares = rays.shares_of(batch.seen, hits.rays());
           for (size_t i = 0; i < shares.size(); ++i)
             own.samples[i] |= !(shares[i] == guiding.shares[i]);
           guiding.shares = std::move(shares);
         };
         renew(batch.pilot_guiding, batch.pilots);
-        renew(batch.guiding, batch.looks);
+        renew(batch.guiding, batch.hits);
       }
       cast_again(batch.pilots, batch, batch.pilot_guiding, own);
-      cast_again(batch.looks, batch, batch.guiding, own);
+      cast_again(batch.hits, batch, batch.guiding, own);
     });
   } catch (...) {
     kept.reset();
@@ -81,7 +81,7 @@ void ImageLayer::follow(const gather::Evaluation& now, Progress& progress) {
   }
   kept->each([&](KeptPlaces::Batch& batch) {
     batch.pilots.paint(now.paint(), world.workers);
-    batch.looks.paint(now.paint(), world.workers);
+    batch.hits.paint(now.paint(), world.workers);
   });
 }
 
@@ -92,7 +92,7 @@ std::vector<KeptPlaces::Place> ImageLayer::find(const KeptPlaces& from,
   std::vector<KeptPlaces::Place> places(receivers.size());
   std::vector<uint32_t> numbers;
   std::vector<direct::Receiver> found;
-  std::vector<gather::PilotLook> pilots;
+  std::vector<gather::PilotEstimate> pilots;
   for (uint32_t i = 0; i < places.size(); ++i) {
     places[i] = from.find(receivers[i], count);
     const KeptPlaces::Batch* batch = places[i].batch;
@@ -124,19 +124,19 @@ void ImageLayer::indirect_at(std::span<const direct::Receiver> receivers,
     their_direct.push_back(direct[i]);
   }
   if (from) from->count_taken(places.size() - others.size());
-  std::unique_ptr<KeptPlaces::Batch> looked;
-  if (!others.empty()) looked = look_from(std::move(others), their_direct, count, now);
+  std::unique_ptr<KeptPlaces::Batch> all_cast;
+  if (!others.empty()) all_cast = cast_from(std::move(others), their_direct, count, now);
   uint32_t number = 0;
   for (KeptPlaces::Place& place : places)
-    if (!place.batch) place = {looked.get(), number++};
+    if (!place.batch) place = {all_cast.get(), number++};
   world.workers.for_blocks(places.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const auto& [batch, k] = places[i];
-      std::copy_n(now.read(batch->looks, k).irradiance, 3, indirect + 3 * i);
-      if (noise) noise[i] = std::sqrt(double(now.pilot(batch->looks, k).variance));
+      std::copy_n(now.read(batch->hits, k).irradiance, 3, indirect + 3 * i);
+      if (noise) noise[i] = std::sqrt(double(now.pilot(batch->hits, k).variance));
     }
   });
-  if (from && looked) from->keep(std::move(looked));
+  if (from && all_cast) from->keep(std::move(all_cast));
 }
 
 std::vector<Vec3d> ImageLayer::direct_of(std::span<const direct::Receiver> receivers, bool by_need,

@@ -43,14 +43,14 @@ struct ImageLayer {
   /// Brings what is kept to the present state. If it throws, nothing is kept any more.
   void follow(const gather::Evaluation& now, Progress& progress);
   /// Casts the gather rays of receivers. `direct`: their direct light.
-  std::unique_ptr<KeptPlaces::Batch> look_from(std::vector<direct::Receiver> receivers,
+  std::unique_ptr<KeptPlaces::Batch> cast_from(std::vector<direct::Receiver> receivers,
                                                std::span<const Vec3d> direct, uint32_t count,
                                                const gather::Evaluation& now) const;
   /// Direct light of receivers, from `from` where it is there; `from` may be null.
   std::vector<Vec3d> direct_of(std::span<const direct::Receiver> receivers, bool by_need,
                                KeptPlaces* from, Progress& progress) const;
-  /// Looks receivers up among what is kept; a place counts as found only if its ray count still
-  /// suits the present light. `from` must be up to date.
+  /// GatherHits receivers up among what is kept; a place counts as found only if its ray count
+  /// still suits the present light. `from` must be up to date.
   std::vector<KeptPlaces::Place> find(const KeptPlaces& from,
                                       std::span<const direct::Receiver> receivers,
                                       std::span<const Vec3d> direct, uint32_t count,

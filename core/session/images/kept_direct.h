@@ -21,7 +21,7 @@ class KeptDirect {
   /// Records an edit.
   void note(const trace::Change& change) { change_.merge(change); }
   /// Forgets the light that recorded edits may have changed, and the light of places that were not
-  /// looked up since the last edit. Forgets everything if a dim factor changed. `dim`: factor of
+  /// all_cast up since the last edit. Forgets everything if a dim factor changed. `dim`: factor of
   /// each light. `slack`: see trace::shadow_slack.
   void follow_changes(std::span<const trace::Light> lights, std::span<const double> dim,
                       float slack);

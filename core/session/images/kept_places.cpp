@@ -16,7 +16,7 @@ constexpr size_t kBytesOfPlace = 64;  // approximate size of an entry of the has
 size_t KeptPlaces::Batch::bytes() const {
   return receivers.size() * (sizeof(direct::Receiver) + kBytesOfPlace + 1) +
          seen.size() * sizeof(gather::SeenGuides) + pilot_guiding.bytes() + guiding.bytes() +
-         pilots.bytes() + looks.bytes();
+         pilots.bytes() + hits.bytes();
 }
 
 uint64_t KeptPlaces::key_of(const direct::Receiver& receiver, uint32_t rays) {

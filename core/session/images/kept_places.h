@@ -12,7 +12,7 @@
 
 #include "direct/light_shape.h"
 #include "gather/aim/sample_rays.h"
-#include "gather/looks/looks.h"
+#include "gather/hits/gather_hits.h"
 #include "session/images/kept_direct.h"
 
 namespace deltalux::session {
@@ -27,9 +27,9 @@ class KeptPlaces {
     std::vector<gather::SeenGuides> seen;
     gather::Guiding pilot_guiding, guiding;
     /// `pilots` holds no places if ray counts do not depend on pilot rays.
-    gather::Looks pilots, looks;
+    gather::GatherHits pilots, hits;
     std::vector<int8_t> doublings;  ///< per place: log2 of its ray count over `rays`
-    bool used = true;               ///< looked up since the last follow_changes()
+    bool used = true;               ///< all_cast up since the last follow_changes()
 
     size_t bytes() const;
   };

@@ -28,32 +28,32 @@ bool needs_pilots(const RayLayer& layer) {
   return need.noise > 0 || need.beside > 0;
 }
 
-gather::PilotLook pilot_of(const RayLayer& layer, const gather::Looks& pilots, size_t number,
-                           const direct::Receiver& receiver, Vec3d direct,
-                           const gather::Evaluation& now) {
-  gather::PilotLook pilot = now.pilot(pilots, number);
+gather::PilotEstimate pilot_of(const RayLayer& layer, const gather::GatherHits& pilots,
+                               size_t number, const direct::Receiver& receiver, Vec3d direct,
+                               const gather::Evaluation& now) {
+  gather::PilotEstimate pilot = now.pilot(pilots, number);
   pilot.irradiance += float(direct.x + direct.y + direct.z);
   pilot.beside = layer.beams.beside(receiver.point);
   return pilot;
 }
 
-std::vector<gather::PilotLook> pilots_of(const RayLayer& layer, const Places& places, uint32_t rays,
-                                         const gather::Evaluation& now) {
+std::vector<gather::PilotEstimate> pilots_of(const RayLayer& layer, const Places& places,
+                                             uint32_t rays, const gather::Evaluation& now) {
   const World& world = layer.world;
   const gather::RayCounts counts = pilot_rays_of(places.receivers.size(), rays);
-  const gather::Looks looks =
-      layer.looks_of(places.receivers, layer.guiding_of(places.seen, counts), counts,
-                     world.options.seed ^ kPilotSeed, now);
-  std::vector<gather::PilotLook> out(places.receivers.size());
+  const gather::GatherHits hits =
+      layer.hits_of(places.receivers, layer.guiding_of(places.seen, counts), counts,
+                    world.options.seed ^ kPilotSeed, now);
+  std::vector<gather::PilotEstimate> out(places.receivers.size());
   world.workers.for_blocks(out.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i)
-      out[i] = pilot_of(layer, looks, i, places.receivers[i], places.direct[i], now);
+      out[i] = pilot_of(layer, hits, i, places.receivers[i], places.direct[i], now);
   });
   return out;
 }
 
 std::vector<int8_t> doublings_of(const RayLayer& layer, std::span<const direct::Receiver> receivers,
-                                 std::span<const gather::PilotLook> pilots, uint32_t rays) {
+                                 std::span<const gather::PilotEstimate> pilots, uint32_t rays) {
   const World& world = layer.world;
   std::vector<int8_t> doublings(receivers.size());
   const gather::Present here = layer.present(receivers, layer.guiding);

@@ -26,14 +26,14 @@ gather::RayCounts pilot_rays_of(size_t receivers, uint32_t rays);
 bool needs_pilots(const RayLayer& layer);
 /// What pilot rays tell about the noise at each place; pilot_of(): at one place whose pilot rays
 /// were cast already.
-std::vector<gather::PilotLook> pilots_of(const RayLayer& layer, const Places& places, uint32_t rays,
-                                         const gather::Evaluation& now);
-gather::PilotLook pilot_of(const RayLayer& layer, const gather::Looks& pilots, size_t number,
-                           const direct::Receiver& receiver, Vec3d direct,
-                           const gather::Evaluation& now);
+std::vector<gather::PilotEstimate> pilots_of(const RayLayer& layer, const Places& places,
+                                             uint32_t rays, const gather::Evaluation& now);
+gather::PilotEstimate pilot_of(const RayLayer& layer, const gather::GatherHits& pilots,
+                               size_t number, const direct::Receiver& receiver, Vec3d direct,
+                               const gather::Evaluation& now);
 /// How often each receiver doubles the standard number of `rays`; negative: halves.
 std::vector<int8_t> doublings_of(const RayLayer& layer, std::span<const direct::Receiver> receivers,
-                                 std::span<const gather::PilotLook> pilots, uint32_t rays);
+                                 std::span<const gather::PilotEstimate> pilots, uint32_t rays);
 /// The same for places whose pilot rays are cast first.
 std::vector<int8_t> piloted(const RayLayer& layer, const Places& places, uint32_t rays,
                             const gather::Evaluation& now);

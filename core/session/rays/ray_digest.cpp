@@ -20,16 +20,16 @@ void chain_chain(Lanes& lanes, const gather::ChainPool& chains, uint32_t number)
   lanes.chain(footprint.from), lanes.chain(footprint.to);
 }
 
-void chain_looks(Lanes& lanes, const gather::Looks& looks) {
-  for (size_t sample = 0; sample < looks.samples(); ++sample) {
-    lanes.chain_all(looks.weights(sample));
-    const size_t first = looks.rays().first(sample);
-    const std::span<const uint32_t> targets = looks.targets(sample);
+void chain_hits(Lanes& lanes, const gather::GatherHits& hits) {
+  for (size_t sample = 0; sample < hits.samples(); ++sample) {
+    lanes.chain_all(hits.weights(sample));
+    const size_t first = hits.rays().first(sample);
+    const std::span<const uint32_t> targets = hits.targets(sample);
     for (size_t ray = 0; ray < targets.size(); ++ray) {
-      const bool chained = gather::Looks::is_chain(targets[ray]);
-      lanes.chain(uint64_t(looks.in_beam(first + ray)) << 33 | uint64_t(chained) << 32 |
+      const bool chained = gather::GatherHits::is_chain(targets[ray]);
+      lanes.chain(uint64_t(hits.in_beam(first + ray)) << 33 | uint64_t(chained) << 32 |
                   (chained ? 0 : targets[ray]));
-      if (chained) chain_chain(lanes, looks.chains(), gather::Looks::chain_of(targets[ray]));
+      if (chained) chain_chain(lanes, hits.chains(), gather::GatherHits::chain_of(targets[ray]));
     }
   }
 }
@@ -56,7 +56,7 @@ void chain_guiding(Lanes& lanes, const gather::Guiding& guiding) {
 
 void RayLayer::digest(Lanes& lanes) const {
   if (!world.gathers()) return;
-  chain_looks(lanes, looks);
+  chain_hits(lanes, hits);
   chain_guiding(lanes, guiding);
   for (size_t beam = 0; beam < beams.size(); ++beam)
     for (uint32_t k = 0; k < gather::Beam::kPoints; ++k) {

@@ -28,7 +28,7 @@ gather::Evaluation RayLayer::evaluation(bool errors) {
   paint.dim.push_back(0);
   cells.renew_light();
   paint.caustics = cells.light.caustics();
-  looks.paint(paint, world.workers);
+  hits.paint(paint, world.workers);
   const std::vector<double> units = world.cell_units();
   gather::Evaluation out(cells.state(units), cells.light, std::move(paint), errors, world.workers);
   if (errors) out.allow_for(cells.power_of_one_path());
@@ -71,7 +71,7 @@ std::vector<gather::SeenGuides> RayLayer::guides_of_samples(Progress& progress) 
 
 gather::RayShares RayLayer::share(size_t sample) const {
   return gather::share_rays(guides_at(direct.receivers[sample], world.options.gather_rays),
-                            looks.rays().count(sample));
+                            hits.rays().count(sample));
 }
 
 std::vector<gather::RayShares> RayLayer::shares_of(std::span<const gather::SeenGuides> seen,
@@ -86,19 +86,19 @@ gather::Guiding RayLayer::guiding_of(std::span<const gather::SeenGuides> seen,
   return {guiding.guides, guiding.beams, guiding.suns, {}, {}, shares_of(seen, rays)};
 }
 
-gather::Looks RayLayer::uncast(std::span<const gather::SeenGuides> seen) {
-  gather::Looks out({guiding.doublings, world.options.gather_rays}, world.options.seed);
+gather::GatherHits RayLayer::uncast(std::span<const gather::SeenGuides> seen) {
+  gather::GatherHits out({guiding.doublings, world.options.gather_rays}, world.options.seed);
   guiding.shares = shares_of(seen, out.rays());
   return out;
 }
 
-void RayLayer::cast(Progress& progress) { looks.cast(present(), world.workers, progress); }
+void RayLayer::cast(Progress& progress) { hits.cast(present(), world.workers, progress); }
 
-gather::Looks RayLayer::looks_of(std::span<const direct::Receiver> receivers,
-                                 const gather::Guiding& by, const gather::RayCounts& rays,
-                                 uint64_t seed, const gather::Evaluation& now) const {
+gather::GatherHits RayLayer::hits_of(std::span<const direct::Receiver> receivers,
+                                     const gather::Guiding& by, const gather::RayCounts& rays,
+                                     uint64_t seed, const gather::Evaluation& now) const {
   Progress part;
-  gather::Looks out(rays, seed);
+  gather::GatherHits out(rays, seed);
   out.cast(present(receivers, by), world.workers, part);
   out.paint(now.paint(), world.workers);
   return out;
@@ -110,7 +110,7 @@ void RayLayer::note_beams(gather::Change& change) {
   if (!beams.placed(change.scene)) return;
   world.workers.for_blocks(world.samples.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      if (change.samples[i]) continue;  // Looks::follow() recomputes the shares of these
+      if (change.samples[i]) continue;  // GatherHits::follow() recomputes the shares of these
       const gather::RayShares own = share(i);
       change.samples[i] = !(own == guiding.shares[i]);
       guiding.shares[i] = own;
@@ -121,25 +121,25 @@ void RayLayer::note_beams(gather::Change& change) {
 void RayLayer::note(gather::Change& change) {
   note_beams(change);
   suns = gather::Suns(guiding.suns, world.lights);
-  looks.note(present(), change);
+  hits.note(present(), change);
 }
 
-gather::Looks::Cast RayLayer::follow(Progress& progress, const std::function<bool()>& more) {
+gather::GatherHits::Cast RayLayer::follow(Progress& progress, const std::function<bool()>& more) {
   const auto renew = [&](size_t sample) {
     if (!guiding.empty()) guiding.shares[sample] = share(sample);
   };
-  return looks.follow(present(), world.workers, progress, renew, more);
+  return hits.follow(present(), world.workers, progress, renew, more);
 }
 
 void RayLayer::clear() {
-  looks = gather::Looks({}, world.options.seed);
+  hits = gather::GatherHits({}, world.options.seed);
   beams = {}, suns = {}, glance = {};
 }
 
 void RayLayer::save(ArchiveView& archive) const {
   if (!world.gathers()) return;
-  guiding.save(archive, world.evaluates() && !(looks.pending_share() > 0));
-  if (world.evaluates()) looks.save(archive);
+  guiding.save(archive, world.evaluates() && !(hits.pending_share() > 0));
+  if (world.evaluates()) hits.save(archive);
 }
 
 void RayLayer::restore_choices(ArchiveSource& archive) {
@@ -147,7 +147,7 @@ void RayLayer::restore_choices(ArchiveSource& archive) {
   guiding.restore(archive, world.lights, world.evaluates() ? world.samples.size() : 0,
                   options.gather_rays);
   const double rays = double(gather::RayCounts(guiding.doublings, options.gather_rays).all());
-  const double needed = rays * gather::Looks::PerRay{}.bytes();
+  const double needed = rays * gather::GatherHits::PerRay{}.bytes();
   if (options.memory_limit && needed > double(options.memory_limit))
     throw FormatError("\"gather.doublings\": its rays would need about " + mebibytes(needed) +
                       ", the limit is " + mebibytes(double(options.memory_limit)) +
@@ -157,10 +157,10 @@ void RayLayer::restore_choices(ArchiveSource& archive) {
 void RayLayer::restore(ArchiveSource& archive, Progress& progress) {
   place();
   if (guiding.shares.empty())
-    looks = uncast(guides_of_samples(progress));
+    hits = uncast(guides_of_samples(progress));
   else
-    looks = gather::Looks({guiding.doublings, world.options.gather_rays}, world.options.seed);
-  looks.restore(archive, present(), world.workers, progress);
+    hits = gather::GatherHits({guiding.doublings, world.options.gather_rays}, world.options.seed);
+  hits.restore(archive, present(), world.workers, progress);
 }
 
 }  // namespace deltalux::session

@@ -12,8 +12,8 @@
 #include "gather/aim/sample_rays.h"
 #include "gather/aim/suns.h"
 #include "gather/choose/lit_cells.h"
-#include "gather/looks/evaluate.h"
-#include "gather/looks/looks.h"
+#include "gather/hits/evaluate.h"
+#include "gather/hits/gather_hits.h"
 #include "session/cells/cell_layer.h"
 #include "session/direct/direct_layer.h"
 #include "session/world/lanes.h"
@@ -32,13 +32,13 @@ struct Glance {
 /// Without a final gather there are no rays.
 struct RayLayer {
   RayLayer(const World& w, const DirectLayer& d, CellLayer& c)
-      : world(w), direct(d), cells(c), looks({}, w.options.seed) {}
+      : world(w), direct(d), cells(c), hits({}, w.options.seed) {}
 
   const World& world;
   const DirectLayer& direct;  ///< has the receivers
   CellLayer& cells;
   gather::Guiding guiding;  ///< its guides are fixed at the bake
-  gather::Looks looks;
+  gather::GatherHits hits;
   gather::Beams beams;
   gather::Suns suns{};
   Glance glance{};
@@ -56,7 +56,7 @@ struct RayLayer {
   gather::LitCells lit_cells(const gather::Evaluation& now) const {
     return {present(), now, cells.coverage.covered()};
   }
-  /// The light of all cells at present. Brings the caches of cells and looks up to date.
+  /// The light of all cells at present. Brings the caches of cells and hits up to date.
   gather::Evaluation evaluation(bool errors);
   /// Receivers at points of the present scene.
   std::vector<direct::Receiver> receivers_at(std::span<const Vec3f> points,
@@ -74,26 +74,26 @@ struct RayLayer {
   /// The guides, with the shares of receivers that see these of them.
   gather::Guiding guiding_of(std::span<const gather::SeenGuides> seen,
                              const gather::RayCounts& rays) const;
-  /// The looks of all samples before they are cast; shares their rays among the guides seen.
-  gather::Looks uncast(std::span<const gather::SeenGuides> seen);
+  /// The hits of all samples before they are cast; shares their rays among the guides seen.
+  gather::GatherHits uncast(std::span<const gather::SeenGuides> seen);
   /// Casts the rays of all samples. Throws Cancelled.
   void cast(Progress& progress);
   /// What rays of other receivers meet, ready to be read by `now`.
-  gather::Looks looks_of(std::span<const direct::Receiver> receivers, const gather::Guiding& by,
-                         const gather::RayCounts& rays, uint64_t seed,
-                         const gather::Evaluation& now) const;
+  gather::GatherHits hits_of(std::span<const direct::Receiver> receivers, const gather::Guiding& by,
+                             const gather::RayCounts& rays, uint64_t seed,
+                             const gather::Evaluation& now) const;
   /// Whether the rays of all samples are cast.
-  bool looked() const { return !world.gathers() || looks.samples() == world.samples.size(); }
+  bool all_cast() const { return !world.gathers() || hits.samples() == world.samples.size(); }
 
   /// Marks the rays that an edit may have changed, and completes `change` by what beams tell.
   void note(gather::Change& change);
-  /// Casts marked rays again as long as more() is true, see Looks::follow().
-  gather::Looks::Cast follow(Progress& progress, const std::function<bool()>& more);
-  double pending_share() const { return world.gathers() ? looks.pending_share() : 0.0; }
+  /// Casts marked rays again as long as more() is true, see GatherHits::follow().
+  gather::GatherHits::Cast follow(Progress& progress, const std::function<bool()>& more);
+  double pending_share() const { return world.gathers() ? hits.pending_share() : 0.0; }
 
   /// Forgets all rays, but not the guides.
   void clear();
-  size_t bytes() const { return looks.bytes() + beams.bytes() + glance.bytes() + guiding.bytes(); }
+  size_t bytes() const { return hits.bytes() + beams.bytes() + glance.bytes() + guiding.bytes(); }
   void digest(Lanes& lanes) const;
   void save(ArchiveView& archive) const;
   /// Restores guides and numbers of rays; then, once cells have their light, what rays met. Throw

@@ -51,7 +51,7 @@ void chain_lights(Lanes& lanes, const State& s) {
 std::array<uint64_t, 4> digest(const State& s, const std::optional<SegmentsHash>& others) {
   check_whole(s);
   check_added(s);
-  check_looked(s);
+  check_gathered(s);
   if (s.holds_none() && s.all_paths() && !others)
     throw OptionError(
         "digest: the segments are in other sessions; give the sum of their segments_hash");

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "base/assertion.h"
-#include "gather/looks/pool_errors.h"
+#include "gather/hits/pool_errors.h"
 #include "session/read/cut_light.h"
 #include "session/read/unreached.h"
 
@@ -100,7 +100,7 @@ std::vector<gather::Estimate> gathered_block(const State& s, const gather::Evalu
   for (size_t i = begin; i < end; ++i) {
     gather::Estimate& own = out[i - begin];
     own.point = s.direct.receivers[i].point, own.normal = s.direct.receivers[i].normal;
-    own.object = s.samples.attached[i], own.rays = s.rays.looks.rays().count(i);
+    own.object = s.samples.attached[i], own.rays = s.rays.hits.rays().count(i);
     if (s.is_present(i)) own.light = gathered(now, i);
   }
   if (errors) gather::pool_errors(out, s.cells.division.metre());
@@ -119,7 +119,7 @@ void read_samples(State& s, bool errors, const Gathered& gathered, const Write& 
   if (s.gathers()) now = s.rays.evaluation(errors);
   std::optional<UnreachedError> unreached;
   if (!now) unreached.emplace(s);
-  if (now && errors) now->learn_spread(s.rays.looks);
+  if (now && errors) now->learn_spread(s.rays.hits);
   const bool discs = s.counts_in_discs();
   const Vec3d cut = errors ? cut_share(s) : Vec3d{};
   s.workers.for_blocks(n, BlockSums::kSamples, [&](size_t begin, size_t end) {
@@ -162,9 +162,8 @@ void read_samples(State& s, bool errors, const Gathered& gathered, const Write& 
 
 /// A callback for read_samples() that reads the gathered light of every sample.
 auto all_gathered(const State& s) {
-  return [&looks = s.rays.looks](const gather::Evaluation& now, size_t i) {
-    return now.read(looks, i);
-  };
+  return
+      [&hits = s.rays.hits](const gather::Evaluation& now, size_t i) { return now.read(hits, i); };
 }
 
 }  // namespace
@@ -207,7 +206,7 @@ void read_packed(State& s, const std::array<double, 3>& weights, bool errors, fl
 void glance(State& s, float* values) {
   constexpr size_t kTurns = 8;
   if (!s.gathers()) return read_packed(s, {}, false, values);
-  gather::Looks& looks = s.rays.looks;
+  gather::GatherHits& hits = s.rays.hits;
   Glance& glance = s.rays.glance;
   // stale if an exception interrupts the reading
   const bool all = std::exchange(glance.stale, true);
@@ -217,15 +216,15 @@ void glance(State& s, float* values) {
     std::array<double, 3>& shown = glance.irradiance[i];
     // Samples take turns by their number, so that no whole patch of a surface lags behind its
     // surroundings.
-    if (all || looks.changed(i) || i % kTurns == glance.turn)
-      shown = std::to_array(now.read(looks, i).irradiance);
+    if (all || hits.changed(i) || i % kTurns == glance.turn)
+      shown = std::to_array(now.read(hits, i).irradiance);
     std::copy(shown.begin(), shown.end(), light.irradiance);
     return light;
   };
   read_samples(s, false, gathered, [&](size_t i, const gather::SampleLight& light) {
     for (int c = 0; c < 3; ++c) values[4 * i + c] = float(light.irradiance[c]);
   });
-  looks.forget_changes();
+  hits.forget_changes();
   glance.stale = false;
   glance.turn = (glance.turn + 1) % kTurns;
 }

@@ -14,13 +14,13 @@ constexpr size_t kAsked = 1024;  // samples examined at most, evenly spaced
 /// light illuminates.
 bool sees_light(const State& s, size_t sample) {
   const auto is_lit = [&](uint32_t cell) { return cell != gather::kDark && s.cells.is_lit(cell); };
-  const gather::ChainPool& chains = s.rays.looks.chains();
-  for (const uint32_t target : s.rays.looks.targets(sample)) {
-    if (!gather::Looks::is_chain(target)) {
+  const gather::ChainPool& chains = s.rays.hits.chains();
+  for (const uint32_t target : s.rays.hits.targets(sample)) {
+    if (!gather::GatherHits::is_chain(target)) {
       if (is_lit(target)) return true;
       continue;
     }
-    const uint32_t number = gather::Looks::chain_of(target);
+    const uint32_t number = gather::GatherHits::chain_of(target);
     if (is_lit(chains.end(number))) return true;
     for (const gather::Vertex& vertex : chains.vertices(number))
       if (vertex.is_caustic() ? is_lit(vertex.light) : vertex.direct != std::array<float, 3>{})

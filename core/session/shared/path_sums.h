@@ -57,7 +57,7 @@ struct RayNumbers {
 };
 
 /// What the first flights from each light bring to the cells, for the lights whose direct
-/// light gather rays may compute by shadow rays, see Exchange::look().
+/// light gather rays may compute by shadow rays, see Exchange::gather().
 struct FirstFlights {
   using Quanta = std::array<int64_t, 3>;
   /// Memory that one path may take.

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "gather/looks/looks.h"
+#include "gather/hits/gather_hits.h"
 #include "session/shared/awaited.h"
 #include "session/world/held_paths.h"
 
@@ -21,11 +21,11 @@ struct ToldSums {
   size_t bytes() const { return (discs.capacity() + cells.capacity()) * sizeof(int64_t); }
 };
 
-/// A look between Exchange::begin_look() and the last take_looks(), in a session without paths.
-struct BegunLook {
-  bool lit = false;               ///< whether anything is
-  std::vector<double> factors{};  ///< see choice_factors()
-  gather::Looks looks{{}, 0};     ///< of no samples before take_numbers()
+/// A gather between Exchange::begin_gather() and the last take_hits(), in a session without paths.
+struct BegunGather {
+  bool lit = false;                ///< whether anything is
+  std::vector<double> factors{};   ///< see choice_factors()
+  gather::GatherHits hits{{}, 0};  ///< of no samples before take_numbers()
   Awaited awaited;
 };
 
@@ -35,8 +35,8 @@ struct Sharing {
   std::vector<PathRange> added;
   std::optional<uint64_t> added_since;
   std::unique_ptr<ToldSums> told;
-  std::unique_ptr<BegunLook> looking;
-  std::vector<double> joined_factors;       ///< those of the look that join_look() joined
+  std::unique_ptr<BegunGather> begun;
+  std::vector<double> joined_factors;       ///< those of the gather that join_gather() joined
   std::unique_ptr<Awaited> awaited_direct;  ///< null: direct light is there
 
   /// How many paths of other sessions have their sums here.
@@ -45,9 +45,7 @@ struct Sharing {
     for (const PathRange& range : added) paths += range.last - range.first;
     return paths;
   }
-  size_t bytes() const {
-    return (looking ? looking->looks.bytes() : 0) + (told ? told->bytes() : 0);
-  }
+  size_t bytes() const { return (begun ? begun->hits.bytes() : 0) + (told ? told->bytes() : 0); }
 };
 
 }  // namespace deltalux::session

@@ -28,13 +28,13 @@ void check_added(const State& s) {
                       std::to_string(s.options.paths) + "; add the path_changes of all ranges");
 }
 
-void check_looked(const State& s) {
+void check_gathered(const State& s) {
   if (s.sharing.awaited_direct)
     throw OptionError(
         "session: it lacks direct light of some samples; call take_direct() for them");
-  if (s.baked && s.holds_none() && !s.rays.looked())
+  if (s.baked && s.holds_none() && !s.rays.all_cast())
     throw OptionError(
-        "session: its gather rays are not cast yet; call look() once the sums of all paths are "
+        "session: its gather rays are not cast yet; call gather() once the sums of all paths are "
         "added");
 }
 
@@ -47,7 +47,7 @@ void check_readable(const State& s) {
                       " (path_range), and light is that of all; add the path_changes of all ranges "
                       "to a session of path_range=(0, 0), and read that");
   check_added(s);
-  check_looked(s);
+  check_gathered(s);
 }
 
 }  // namespace deltalux::session

@@ -22,7 +22,7 @@ struct Forecast {
   size_t bytes = 0;
   double bytes_per_path = 0;
   uint64_t paths_that_fit = 0;
-  gather::Looks::PerRay per_ray;  ///< of sessions with a final gather
+  gather::GatherHits::PerRay per_ray;  ///< of sessions with a final gather
 };
 
 /// How far an update is. Only at rest, results may be read: sums, marks and scene belong together.
@@ -119,7 +119,7 @@ void check_whole(const State& state);
 void check_added(const State& state);
 /// Throws OptionError in a session without paths before its gather rays are cast, or before others
 /// gave what direct light was left to them.
-void check_looked(const State& state);
+void check_gathered(const State& state);
 /// Throws OptionError, or Error as check_whole() does, unless there is light to read.
 void check_readable(const State& state);
 

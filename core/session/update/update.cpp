@@ -100,7 +100,7 @@ void Update::gather_again() {
     s_.rays.note(change);
     s_.images.note(change);
   }
-  const gather::Looks::Cast cast = s_.rays.follow(progress_, [&] {
+  const gather::GatherHits::Cast cast = s_.rays.follow(progress_, [&] {
     return !progress_.cancelled() && (budget_ms_ == 0 || watch_.milliseconds() < budget_ms_);
   });
   frame_.gathered_rays = cast.rays, frame_.changed_rays = cast.changed;

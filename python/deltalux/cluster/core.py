@@ -106,7 +106,7 @@ class SharedCore:
         for part in told:
             self._add(part.changes)
         first = ranges.add_up([part.flights for part in told if part.flights is not None])
-        for stage, work in (("direct", self._light), ("gather", lambda p: self._look(first, p))):
+        for stage, work in (("direct", self._light), ("gather", lambda p: self._gather(first, p))):
             begin = time.perf_counter()
             work(progress)
             stages[stage] = stages.get(stage, 0.0) + 1e3 * (time.perf_counter() - begin)
@@ -124,15 +124,15 @@ class SharedCore:
             lambda first, last, found: self._core.take_direct(first, last, MemoryArchive(found)), progress,
         )  # fmt: skip
 
-    def _look(self, first: ranges.FirstFlights, progress: Progress | None) -> None:
+    def _gather(self, first: ranges.FirstFlights, progress: Progress | None) -> None:
         """Choose guides, and let shards choose numbers of gather rays and cast them."""
         core = self._core
-        core.begin_look(first.lights, first.cells, first.landed.at, first.landed.values, progress)
+        core.begin_gather(first.lights, first.cells, first.landed.at, first.landed.values, progress)
         # a shard that is made of the choices of now knows these lights
         self._shards.ask("ask_for", core.asked_lights(), seed=self._present, again=False)
-        if not core.is_looking():
+        if not core.is_gathering():
             return
-        join = ("join_look", (core.save_look(),))
+        join = ("join_gather", (core.save_gather(),))
         cuts = self._cuts()
         numbers: dict[int, Any] = {}
         self._share(
@@ -143,9 +143,9 @@ class SharedCore:
         in_order = (numbers[first] for first in cuts[:-1])
         core.take_numbers(*map(np.concatenate, zip(*in_order, strict=True)))
         self._share(
-            "look around", join, core.look_cuts(RAYS_OF_PIECE).tolist(),
-            lambda first, last: ("cast_looks", (first, last, core.save_aims(first, last))),
-            lambda first, last, found: core.take_looks(first, last, MemoryArchive(found)), progress,
+            "cast gather rays", join, core.ray_cuts(RAYS_OF_PIECE).tolist(),
+            lambda first, last: ("cast_gather_rays", (first, last, core.save_aims(first, last))),
+            lambda first, last, found: core.take_hits(first, last, MemoryArchive(found)), progress,
         )  # fmt: skip
 
     def _cuts(self) -> list[int]:

@@ -242,14 +242,16 @@ class Shard:
     def _cast_direct(self, first: int, last: int) -> dict[str, np.ndarray]:
         return ranges.cast_direct(self._own_session(), first, last)
 
-    def _join_look(self, choices: Mapping[str, np.ndarray]) -> None:
-        ranges.join_look(self._own_session(), MemoryArchive(choices))
+    def _join_gather(self, choices: Mapping[str, np.ndarray]) -> None:
+        ranges.join_gather(self._own_session(), MemoryArchive(choices))
 
     def _number_rays(self, first: int, direct: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return ranges.number_rays(self._own_session(), first, direct)
 
-    def _cast_looks(self, first: int, last: int, aims: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        return ranges.cast_looks(self._own_session(), first, last, MemoryArchive(aims))
+    def _cast_gather_rays(
+        self, first: int, last: int, aims: Mapping[str, np.ndarray]
+    ) -> dict[str, np.ndarray]:
+        return ranges.cast_gather_rays(self._own_session(), first, last, MemoryArchive(aims))
 
     def _segments_hash(self) -> np.ndarray:
         return ranges.segments_hash(self._own_session())

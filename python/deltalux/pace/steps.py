@@ -154,7 +154,7 @@ def baking(counts: Counts, calibrated: bool = True) -> list[Step]:
             Step("find openings", 8e4 * _ray(c), "rays"),
             Step("share rays", 0.0 if c.workers else 1e-5 * c.samples, "once"),  # workers share as they find
             Step("find noisy places", 1.2 * PILOT_RAYS * _ray(c) * c.samples * c.rays, "rays"),
-            Step("look around", _ray(c) * c.all_rays, "rays"),
+            Step("cast gather rays", _ray(c) * c.all_rays, "rays"),
         ]
     everyone = replace(c, threads=max(c.threads, c.workers))
     return [*_starting(c), *_timed(steps, c), *_shared(c), *_timed(shared, everyone)]
@@ -200,7 +200,7 @@ def updating(counts: Counts) -> list[Step]:
         Step("find affected paths", 1e-8 * c.paths, "edit"),
         Step("replace paths", 0.03 * _path(c) * c.paths, "edit"),
         Step("direct light", 0.3 * _shadow(c) * c.samples, "edit"),
-        Step("look around", 0.08 * _ray(c) * c.all_rays, "edit"),
+        Step("cast gather rays", 0.08 * _ray(c) * c.all_rays, "edit"),
     ]
     return _timed(steps, c)
 
@@ -208,7 +208,7 @@ def updating(counts: Counts) -> list[Step]:
 def recomputing(counts: Counts) -> list[Step]:
     """Steps that recompute an open session."""
     prepared = ("index triangles", "divide surfaces", "trace paths", "direct light")
-    again = (*prepared, "cover cells", "share rays", "look around")
+    again = (*prepared, "cover cells", "share rays", "cast gather rays")
     return [step for step in baking(counts) if step.name in again]
 
 

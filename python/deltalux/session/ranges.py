@@ -8,7 +8,7 @@ the sums of all parts, with the bits of a session with all paths::
         s.bake()
     for part in parts:
         add_path_changes(whole, path_changes(part))
-    look(whole, add_up([first_flights(part) for part in parts]))
+    gather(whole, add_up([first_flights(part) for part in parts]))
     for part in parts:
         ask_for(part, asked_lights(whole))
     whole.irradiance
@@ -45,13 +45,13 @@ __all__ = [
     "ask_for",
     "asked_lights",
     "cast_direct",
-    "cast_looks",
+    "cast_gather_rays",
     "digest",
     "first_flights",
+    "gather",
     "gradient",
     "gradient_sums",
-    "join_look",
-    "look",
+    "join_gather",
     "number_rays",
     "path_changes",
     "path_sums",
@@ -276,7 +276,7 @@ def ask_for(part: Session, lights: np.ndarray) -> None:
 
 
 def asked_lights(whole: Session) -> np.ndarray:
-    """(k,) uint32: the lights for which gather rays cast shadow rays, of a session after its `look`."""
+    """(k,) uint32: the lights for which gather rays cast shadow rays, of a session after its `gather`."""
     with whole._calls.one(long=True):
         return whole._baked_session().asked_lights()
 
@@ -317,7 +317,7 @@ def add_to(core: Any, changes: PathChanges) -> None:
     core.add_path_changes(changes.ranges, changes.edits, changes.since, *numbers)
 
 
-def look(whole: Session, first: FirstFlights) -> None:
+def gather(whole: Session, first: FirstFlights) -> None:
     """Complete the bake of a session without paths, to which the sums of all paths were added.
 
     It chooses where gather rays go, and casts them.
@@ -330,7 +330,7 @@ def look(whole: Session, first: FirstFlights) -> None:
     """
     with whole._calls.one(long=True):
         whole._forget_results()
-        whole._baked_session().look(
+        whole._baked_session().gather(
             first.lights, first.cells, first.landed.at, first.landed.values, whole.progress
         )
 
@@ -377,19 +377,19 @@ def cast_direct(part: Session, first: int, last: int) -> dict[str, np.ndarray]:
         return part._baked_session().cast_direct(first, last, part.progress)
 
 
-def join_look(part: Session, choices: Any) -> None:
+def join_gather(part: Session, choices: Any) -> None:
     """Let a part take over what the session without paths chose for gather rays.
 
     Parameters
     ----------
-    choices : archive of the arrays that the core's `save_look` returned
+    choices : archive of the arrays that the core's `save_gather` returned
     """
     with part._calls.one(long=True):
-        part._baked_session().join_look(choices)
+        part._baked_session().join_gather(choices)
 
 
 def number_rays(part: Session, first: int, direct: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Choose numbers of gather rays for samples from `first` on, in a part that joined a look.
+    """Choose numbers of gather rays for samples from `first` on, in a part that joined a gather.
 
     Parameters
     ----------
@@ -403,8 +403,8 @@ def number_rays(part: Session, first: int, direct: np.ndarray) -> tuple[np.ndarr
         return part._baked_session().number_rays(first, direct, part.progress)
 
 
-def cast_looks(part: Session, first: int, last: int, aims: Any) -> dict[str, np.ndarray]:
-    """Cast the gather rays of samples `first` to `last`, in a part that joined a look.
+def cast_gather_rays(part: Session, first: int, last: int, aims: Any) -> dict[str, np.ndarray]:
+    """Cast the gather rays of samples `first` to `last`, in a part that joined a gather.
 
     Parameters
     ----------
@@ -415,7 +415,7 @@ def cast_looks(part: Session, first: int, last: int, aims: Any) -> dict[str, np.
     arrays by name, of what the rays met
     """
     with part._calls.one(long=True):
-        return part._baked_session().cast_looks(first, last, aims, part.progress)
+        return part._baked_session().cast_gather_rays(first, last, aims, part.progress)
 
 
 def digest(whole: Session, segments: np.ndarray) -> str:

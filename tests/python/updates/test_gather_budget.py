@@ -154,7 +154,7 @@ def test_files_of_waiting_rays_are_whole(baked, tmp_path):
 
 def test_cancelled_rays_are_cast_by_the_next_update(baked):
     def stop(stage: str, fraction: float) -> bool:
-        return stage != "look around"
+        return stage != "cast gather rays"
 
     if baked.poses["block"] is None:
         baked.add("block")

@@ -50,15 +50,15 @@ class Shared:
         frames = [part.bake() for part in self.parts]
         self.whole.bake()
         self.add()
-        self.look()
+        self.gather()
         return frames
 
     def add(self) -> None:
         changes = [pickle.loads(pickle.dumps(ranges.path_changes(part))) for part in self.parts]
         ranges.add_path_changes(self.whole, ranges.add_up(changes))
 
-    def look(self) -> None:
-        ranges.look(self.whole, ranges.add_up([ranges.first_flights(part) for part in self.parts]))
+    def gather(self) -> None:
+        ranges.gather(self.whole, ranges.add_up([ranges.first_flights(part) for part in self.parts]))
         for part in self.parts:
             ranges.ask_for(part, ranges.asked_lights(self.whole))
 
@@ -241,19 +241,19 @@ def test_sums_are_added_completely_and_once():
         ranges.add_path_changes(shared.whole, first)
         flights = ranges.add_up([ranges.first_flights(part) for part in shared.parts])
         with pytest.raises(OptionError, match=r"found the sums of \d+ paths .* expected those of all 640"):
-            ranges.look(shared.whole, flights)
+            ranges.gather(shared.whole, flights)
         ranges.add_path_changes(shared.whole, second)
         with pytest.raises(
             OptionError, match=r"paths 320 to 640 of 640, of which some are added already; add"
         ):
             ranges.add_path_changes(shared.whole, second)
-        with pytest.raises(OptionError, match=r"call look\(\)"):
+        with pytest.raises(OptionError, match=r"call gather\(\)"):
             shared.whole.update()
         shared.whole.progress = lambda stage, fraction: stage != "find noisy places"
         with pytest.raises(Cancelled):
-            ranges.look(shared.whole, flights)
+            ranges.gather(shared.whole, flights)
         shared.whole.progress = None
-        shared.look()
+        shared.gather()
         assert np.isfinite(shared.whole.irradiance).all()
         sums = ranges.path_sums(shared.parts[0])
         with pytest.raises(OptionError, match="path sums: found"):

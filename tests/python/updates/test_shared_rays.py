@@ -51,12 +51,12 @@ def light(core, part: dl.Session, first: int, last: int) -> None:
 
 def look(core, part: dl.Session, first: int, last: int) -> None:
     aims = MemoryArchive(core.save_aims(first, last))
-    core.take_looks(first, last, MemoryArchive(ranges.cast_looks(part, first, last, aims)))
+    core.take_hits(first, last, MemoryArchive(ranges.cast_gather_rays(part, first, last, aims)))
 
 
-def begin_look(core, parts: list[dl.Session]) -> None:
+def begin_gather(core, parts: list[dl.Session]) -> None:
     flights = ranges.add_up([ranges.first_flights(part) for part in parts])
-    core.begin_look(flights.lights, flights.cells, flights.landed.at, flights.landed.values, None)
+    core.begin_gather(flights.lights, flights.cells, flights.landed.at, flights.landed.values, None)
 
 
 def equal(whole: dl.Session, parts: list[dl.Session], one: dl.Session) -> None:
@@ -75,21 +75,21 @@ def test_pieces_in_any_order(shared):
         ranges.place_samples(part)
     for first, last in ((141, SAMPLES), (0, 1), (1, 140), (140, 141)):
         light(core, parts[first % 2], first, last)
-    begin_look(core, parts)
+    begin_gather(core, parts)
     for part in parts:
         ranges.ask_for(part, core.asked_lights())
-        ranges.join_look(part, MemoryArchive(core.save_look()))
+        ranges.join_gather(part, MemoryArchive(core.save_gather()))
     numbers = [
         ranges.number_rays(parts[first % 2], first, core.direct_of_samples(first, last))
         for first, last in ((0, 117), (117, SAMPLES))
     ]
     core.take_numbers(*map(np.concatenate, zip(*numbers, strict=True)))
-    cuts = core.look_cuts(4000).tolist()
+    cuts = core.ray_cuts(4000).tolist()
     assert len(cuts) > 3 and cuts[-1] == SAMPLES
     for first, last in zip(cuts[-2::-1], cuts[:0:-1], strict=True):
-        assert core.is_looking()
+        assert core.is_gathering()
         look(core, parts[first % 2], first, last)
-    assert not core.is_looking()
+    assert not core.is_gathering()
     equal(whole, parts, one)
     for x, y, z in ((-1.8, 0.3, -1), (1.1, 1.5, 0.5), (0.5, 1.8, 0.2)):  # within two beams; below the board
         for session in (one, whole, *parts):
@@ -104,7 +104,7 @@ def test_what_is_out_of_order_is_refused(shared):
     _, parts, whole = shared
     core, part = whole._core, parts[0]
     none = MemoryArchive({})
-    with pytest.raises(OptionError, match=r"call place_samples\(\) or join_look"):
+    with pytest.raises(OptionError, match=r"call place_samples\(\) or join_gather"):
         ranges.cast_direct(part, 0, 1)
     core.bake(None)
     with pytest.raises(OptionError, match="waits for no direct light"):
@@ -116,25 +116,25 @@ def test_what_is_out_of_order_is_refused(shared):
         ranges.add_to(core, ranges.path_changes(own))
         ranges.place_samples(own)
     with pytest.raises(OptionError, match="lacks direct light of some samples"):
-        begin_look(core, parts)
+        begin_gather(core, parts)
     with pytest.raises(OptionError, match="found samples 3 to 401, expected some of 400"):
         ranges.cast_direct(part, 3, 401)
     light(core, part, 0, 30)
     with pytest.raises(OptionError, match="samples 29 to 31, of which some are there"):
         light(core, part, 29, 31)
     light(core, part, 30, SAMPLES)
-    with pytest.raises(OptionError, match=r"expected begin_look\(\)"):
-        core.save_look()
-    begin_look(core, parts)
+    with pytest.raises(OptionError, match=r"expected begin_gather\(\)"):
+        core.save_gather()
+    begin_gather(core, parts)
     with pytest.raises(OptionError, match="waits for gather rays of others"):
-        begin_look(core, parts)
+        begin_gather(core, parts)
     with pytest.raises(OptionError, match="other lights with shadow rays"):
-        ranges.join_look(part, MemoryArchive(core.save_look()))
+        ranges.join_gather(part, MemoryArchive(core.save_gather()))
     for own in parts:
         ranges.ask_for(own, core.asked_lights())
-        ranges.join_look(own, MemoryArchive(core.save_look()))
-    with pytest.raises(OptionError, match=r"take_numbers\(\), and take_looks\(\)"):
-        core.look_cuts(100)
+        ranges.join_gather(own, MemoryArchive(core.save_gather()))
+    with pytest.raises(OptionError, match=r"take_numbers\(\), and take_hits\(\)"):
+        core.ray_cuts(100)
     seen, doublings = ranges.number_rays(part, 0, core.direct_of_samples(0, SAMPLES))
     with pytest.raises(OptionError, match="numbers of rays for 399 of 400 samples"):
         core.take_numbers(seen, doublings[1:])
@@ -144,7 +144,7 @@ def test_what_is_out_of_order_is_refused(shared):
         core.take_numbers(np.full_like(seen, 255), doublings)
     core.take_numbers(seen, doublings)
     with pytest.raises(FormatError):
-        ranges.cast_looks(part, 0, 31, MemoryArchive(core.save_aims(0, 30)))
+        ranges.cast_gather_rays(part, 0, 31, MemoryArchive(core.save_aims(0, 30)))
     look(core, part, 0, 30)
     with pytest.raises(OptionError, match="samples 0 to 30, of which some are there"):
         look(core, part, 0, 30)

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Saves looks to a session file and restores them, since recasting rays is expensive.
+// Saves hits to a session file and restores them, since recasting rays is expensive.
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "base/error.h"
-#include "gather/looks/looks.h"
+#include "gather/hits/gather_hits.h"
 
 namespace deltalux::gather {
 namespace {
@@ -82,7 +82,7 @@ void check(const Vertex& vertex, const Present& present) {
 template <class Visit>
 void each_chain(std::span<const uint32_t> targets, const Visit& visit) {
   for (uint32_t target : targets)
-    if (Looks::is_chain(target)) visit(Looks::chain_of(target));
+    if (GatherHits::is_chain(target)) visit(GatherHits::chain_of(target));
 }
 
 /// Reads the entries of an array in order; holds one block of them in memory.
@@ -113,8 +113,8 @@ class Entries {
 
 }  // namespace
 
-void Looks::save(ArchiveView& archive) const {
-  // Do not save looks while an update is pending: restore() then recasts all rays, which is soon
+void GatherHits::save(ArchiveView& archive) const {
+  // Do not save hits while an update is pending: restore() then recasts all rays, which is soon
   // done.
   archive.keep(kComplete, std::vector<uint32_t>{!pending_});
   if (pending_) return;
@@ -160,8 +160,8 @@ void Looks::save(ArchiveView& archive) const {
   }
 }
 
-void Looks::restore(ArchiveSource& archive, const Present& present, const Workers& workers,
-                    Progress& progress) {
+void GatherHits::restore(ArchiveSource& archive, const Present& present, const Workers& workers,
+                         Progress& progress) {
   if (!archive.read_all<uint32_t>(kComplete, 1)[0]) return cast(present, workers, progress);
   progress.begin("restore rays", rays_.all());
   archive.expect<uint32_t>(kTargets, rays_.all());  // before memory for them is allocated
@@ -169,8 +169,8 @@ void Looks::restore(ArchiveSource& archive, const Present& present, const Worker
   restore_samples(0, samples(), archive, present, progress);
 }
 
-void Looks::restore_samples(size_t first_sample, size_t last_sample, ArchiveSource& archive,
-                            const Present& present, Progress& progress) {
+void GatherHits::restore_samples(size_t first_sample, size_t last_sample, ArchiveSource& archive,
+                                 const Present& present, Progress& progress) {
   const size_t begin = rays_.first(first_sample), count = rays_.first(last_sample) - begin;
   archive.expect<uint32_t>(kTargets, count);
   archive.read(kTargets, std::span(targets_).subspan(begin, count));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Stores chains compactly: gaps are reused by chains of the same length.
-#include "gather/looks/chain_pool.h"
+#include "gather/hits/chain_pool.h"
 
 #include <algorithm>
 #include <limits>

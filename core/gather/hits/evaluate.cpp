@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Computes gathered irradiance and its standard error, with one look-up per ray.
-#include "gather/looks/evaluate.h"
+#include "gather/hits/evaluate.h"
 
 #include <algorithm>
 #include <cmath>
@@ -91,14 +91,14 @@ size_t Evaluation::kind_of(const Table& table, size_t rays) {
   return 20 * table.chains < rays ? 0 : 2 * table.chains < rays ? 1 : 2;
 }
 
-void Evaluation::learn_spread(const Looks& looks) {
+void Evaluation::learn_spread(const GatherHits& hits) {
   std::array<double, kKinds> parts{}, halves{};
   std::array<size_t, kKinds> count{};
-  const size_t step = (looks.samples() + kPupils - 1) / kPupils;
-  for (size_t sample = 0; sample < looks.samples(); sample += step) {
+  const size_t step = (hits.samples() + kPupils - 1) / kPupils;
+  for (size_t sample = 0; sample < hits.samples(); sample += step) {
     Table table;
-    add<true>(looks, sample, table);
-    const size_t n = looks.targets(sample).size(), kind = kind_of(table, n);
+    add<true>(hits, sample, table);
+    const size_t n = hits.targets(sample).size(), kind = kind_of(table, n);
     ++count[kind];
     for (size_t c = 0; c < 3; ++c) {
       const double mean = table.whole[c] / double(n);
@@ -116,14 +116,14 @@ void Evaluation::learn_spread(const Looks& looks) {
       evenness_[kind] = std::pow(std::clamp(halves[kind] / parts[kind], 0.1, 1.0), 1.5);
 }
 
-SampleLight Evaluation::read(const Looks& looks, size_t sample) const {
-  const size_t n = looks.targets(sample).size();
+SampleLight Evaluation::read(const GatherHits& hits, size_t sample) const {
+  const size_t n = hits.targets(sample).size();
   SampleLight out;
   Table table;
   if (batches_.empty())
-    add<false>(looks, sample, table);
+    add<false>(hits, sample, table);
   else
-    add<true>(looks, sample, table);
+    add<true>(hits, sample, table);
   for (size_t c = 0; c < 3; ++c) out.irradiance[c] = table.whole[c] / double(n);
   if (batches_.empty()) return out;
   const double evenness = evenness_[kind_of(table, n)];
@@ -147,18 +147,19 @@ SampleLight Evaluation::read(const Looks& looks, size_t sample) const {
     // What is seen through an opening says nothing of a room whose own surfaces are not lit.
     const bool hardly = reached < kFewBatches || 2 * table.unlit > n;
     if (reached == 0 || !hardly) continue;
-    if (!of_one_path) of_one_path = unseen(looks, sample);
+    if (!of_one_path) of_one_path = unseen(hits, sample);
     out.error[c] = std::hypot(out.error[c], (*of_one_path)[int(c)]);
   }
   return out;
 }
 
-Vec3d Evaluation::unseen(const Looks& looks, size_t sample) const {
-  const std::span<const uint32_t> targets = looks.targets(sample);
+Vec3d Evaluation::unseen(const GatherHits& hits, size_t sample) const {
+  const std::span<const uint32_t> targets = hits.targets(sample);
   Vec3d sum{};
   for (const uint32_t target : targets) {
-    const uint32_t cell =
-        Looks::is_chain(target) ? looks.chains().sent(Looks::chain_of(target)).end : target;
+    const uint32_t cell = GatherHits::is_chain(target)
+                              ? hits.chains().sent(GatherHits::chain_of(target)).end
+                              : target;
     if (cell == kDark) continue;
     sum = sum +
           Vec3d(surfaces::product(paint_.reflectance[cells_->material(cell)], cells_->share(cell)));
@@ -170,9 +171,9 @@ Vec3d Evaluation::unseen(const Looks& looks, size_t sample) const {
   return sum;
 }
 
-PilotLook Evaluation::pilot(const Looks& looks, size_t sample) const {
+PilotEstimate Evaluation::pilot(const GatherHits& hits, size_t sample) const {
   Table table;
-  add<false>(looks, sample, table);
+  add<false>(hits, sample, table);
   double sum = 0, squares = 0;
   for (size_t part = 0; part < kParts; ++part) {
     const auto& own = table.parts[part];
@@ -186,9 +187,9 @@ PilotLook Evaluation::pilot(const Looks& looks, size_t sample) const {
 }
 
 template <bool kErrors>
-void Evaluation::add(const Looks& looks, size_t sample, Table& table) const {
-  const std::span<const uint32_t> targets = looks.targets(sample);
-  const std::span<const float> weights = looks.weights(sample);
+void Evaluation::add(const GatherHits& hits, size_t sample, Table& table) const {
+  const std::span<const uint32_t> targets = hits.targets(sample);
+  const std::span<const float> weights = hits.weights(sample);
   const size_t n = targets.size();
   for (size_t part = 0; part < kParts; ++part) {
     const size_t first = n * part / kParts, last = n * (part + 1) / kParts;
@@ -201,8 +202,8 @@ void Evaluation::add(const Looks& looks, size_t sample, Table& table) const {
       const float weight = weights.empty() ? 1.0f : weights[ray];
       std::array<float, 3> through{weight, weight, weight}, brought{};
       uint32_t cell = target;
-      if (Looks::is_chain(target)) {
-        const ChainPool::Sent& sent = looks.chains().sent(Looks::chain_of(target));
+      if (GatherHits::is_chain(target)) {
+        const ChainPool::Sent& sent = hits.chains().sent(GatherHits::chain_of(target));
         ++table.chains;
         cell = sent.end;
         for (size_t c = 0; c < 3; ++c) {

@@ -5,15 +5,15 @@
 #include <span>
 #include <vector>
 
-#include "gather/looks/cell_light.h"
-#include "gather/looks/looks.h"
-#include "gather/looks/sample_light.h"
+#include "gather/hits/cell_light.h"
+#include "gather/hits/gather_hits.h"
+#include "gather/hits/sample_light.h"
 
 namespace deltalux::gather {
 
 class Evaluation {
  public:
-  /// `light`, and all looks to be read, must be up to date with this state. Without errors, reading
+  /// `light`, and all hits to be read, must be up to date with this state. Without errors, reading
   /// takes half of the time.
   Evaluation(const CellState& state, const CellLight& light, Paint paint, bool errors,
              const Workers& workers);
@@ -24,15 +24,15 @@ class Evaluation {
   float brightness(uint32_t cell) const;
   /// Factor for the light's power.
   float dim(uint32_t light) const { return paint_.dim[light]; }
-  /// The paint that looks need before they are read, see Looks::paint().
+  /// The paint that hits need before they are read, see GatherHits::paint().
   const Paint& paint() const { return paint_; }
   /// Learns from some samples how much smaller the variance of all their rays is than the variance
   /// of parts of them suggests. Low-discrepancy sequences converge faster than independent samples,
   /// so that the claimed error would be too large otherwise.
-  void learn_spread(const Looks& looks);
-  SampleLight read(const Looks& looks, size_t sample) const;
+  void learn_spread(const GatherHits& hits);
+  SampleLight read(const GatherHits& hits, size_t sample) const;
   /// Mean and variance of a sample's pilot rays, without direct light.
-  PilotLook pilot(const Looks& looks, size_t sample) const;
+  PilotEstimate pilot(const GatherHits& hits, size_t sample) const;
 
  private:
   /// The gathered light of a sample, by part of its rays and by batch of paths. Each part is a
@@ -52,7 +52,7 @@ class Evaluation {
     double lucky_variance(size_t channel, size_t count) const;
   };
   template <bool kErrors>
-  void add(const Looks& looks, size_t sample, Table& table) const;
+  void add(const GatherHits& hits, size_t sample, Table& table) const;
   /// Samples are classified by their share of chains, since chains are random and rays evenly
   /// distributed.
   static constexpr size_t kKinds = 3;
@@ -60,7 +60,7 @@ class Evaluation {
 
   /// What all reflections of one more path bring to a room whose surfaces are like those that a
   /// sample's rays meet.
-  Vec3d unseen(const Looks& looks, size_t sample) const;
+  Vec3d unseen(const GatherHits& hits, size_t sample) const;
 
   const Cells* cells_;
   const CellLight* light_;

@@ -12,7 +12,7 @@
 #include "gather/aim/direction_sampler.h"
 #include "gather/aim/suns.h"
 #include "gather/cells/cells.h"
-#include "gather/looks/one_light.h"
+#include "gather/hits/one_light.h"
 #include "trace/change.h"
 #include "trace/lights.h"
 #include "trace/ray_caster.h"

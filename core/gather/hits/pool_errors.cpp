@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Averages variances over a window of neighbouring samples.
-#include "gather/looks/pool_errors.h"
+#include "gather/hits/pool_errors.h"
 
 #include <algorithm>
 #include <array>

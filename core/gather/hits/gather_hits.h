@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Looks: what each sample's gather rays met. A look is a cell, a chain, or nothing.
+// What each sample's gather rays met: by ray a cell, a chain, or nothing.
 #pragma once
 #include <algorithm>
 #include <functional>
@@ -11,7 +11,7 @@
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "gather/aim/directions.h"
-#include "gather/looks/chain_pool.h"
+#include "gather/hits/chain_pool.h"
 #include "trace/change.h"
 
 namespace deltalux::gather {
@@ -27,10 +27,10 @@ struct Change {
   void merge(const Change& later);
 };
 
-/// The looks of all samples.
-class Looks {
+/// The hits of all samples.
+class GatherHits {
  public:
-  Looks(RayCounts counts, uint64_t seed);
+  GatherHits(RayCounts counts, uint64_t seed);
 
   const RayCounts& rays() const { return rays_; }
   size_t samples() const { return rays_.receivers(); }

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "gather/looks/looks.h"
+#include "gather/hits/gather_hits.h"
 #include "trace/change.h"
 
 namespace deltalux::gather {
@@ -14,7 +14,7 @@ namespace deltalux::gather {
 class StaleRays {
  public:
   /// `present`: the scene after the change.
-  StaleRays(const Looks& looks, const Present& present, const Change& change);
+  StaleRays(const GatherHits& hits, const Present& present, const Change& change);
 
   /// Whether the change misses all segments but the last of these chains, and the shadow rays at
   /// their vertices.
@@ -37,7 +37,7 @@ class StaleRays {
   /// Whether the change may affect the chain.
   bool touches(uint32_t chain, bool apart) const;
 
-  const Looks& looks_;
+  const GatherHits& hits_;
   const Present& present_;
   const Change& change_;
   trace::ChangeTest test_;

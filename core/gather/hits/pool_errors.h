@@ -6,7 +6,7 @@
 #include <span>
 
 #include "base/vec.h"
-#include "gather/looks/sample_light.h"
+#include "gather/hits/sample_light.h"
 
 namespace deltalux::gather {
 

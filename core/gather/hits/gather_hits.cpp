@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Casts gather rays, and those that an edit affects again.
-#include "gather/looks/looks.h"
+#include "gather/hits/gather_hits.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 
 #include "base/random.h"
 #include "base/stopwatch.h"
-#include "gather/looks/stale_rays.h"
+#include "gather/hits/stale_rays.h"
 
 namespace deltalux::gather {
 namespace {
@@ -43,32 +43,32 @@ class Step {
 }  // namespace
 
 /// Casts the rays of samples in the present scene.
-class Looks::Caster {
+class GatherHits::Caster {
  public:
-  Caster(const Looks& looks, const Present& present)
-      : looks_(looks),
+  Caster(const GatherHits& hits, const Present& present)
+      : hits_(hits),
         present_(present),
         finder_(present.scene, present.cells),
-        chains_(present, finder_, looks.seed_) {}
+        chains_(present, finder_, hits.seed_) {}
 
   /// Whether the sample has no normal, so that it casts no rays.
   bool blind(size_t sample) const { return present_.receivers[sample].normal == Vec3f{}; }
   SampleRays rays(size_t sample) const {
-    return {looks_.directions_, present_.guiding,           present_.beams,
-            uint32_t(sample),   looks_.rays_.count(sample), present_.receivers[sample]};
+    return {hits_.directions_, present_.guiding,          present_.beams,
+            uint32_t(sample),  hits_.rays_.count(sample), present_.receivers[sample]};
   }
   /// Casts the given rays of a sample and appends what they met.
-  void look(const SampleRays& rays, size_t sample, std::span<const uint32_t> which,
+  void cast(const SampleRays& rays, size_t sample, std::span<const uint32_t> which,
             Found& out) const {
     for (size_t first = 0; first < which.size(); first += kTogether)
-      look_together(rays, sample, which.subspan(first, std::min(kTogether, which.size() - first)),
+      cast_together(rays, sample, which.subspan(first, std::min(kTogether, which.size() - first)),
                     out);
   }
 
  private:
   /// Casts at most kTogether rays, step by step: what a step reads for one ray does not depend on
   /// the others, so that the processor waits for memory once, not ray by ray.
-  void look_together(const SampleRays& rays, size_t sample, std::span<const uint32_t> which,
+  void cast_together(const SampleRays& rays, size_t sample, std::span<const uint32_t> which,
                      Found& out) const {
     const Vec3f o = rays.origin();
     const bool casts = !blind(sample);
@@ -83,7 +83,7 @@ class Looks::Caster {
     for (size_t i = 0; i < which.size(); ++i)
       cells[i] = hits[i].valid() ? finder_.find(hits[i].primitive, o, aims[i].w, hits[i].t) : kDark;
     for (size_t i = 0; i < which.size(); ++i) {
-      Found::Ray own{looks_.rays_.first(sample) + which[i], cells[i], 0, false};
+      Found::Ray own{hits_.rays_.first(sample) + which[i], cells[i], 0, false};
       // If something hides the point that the ray aims for, keep the ray with weight 0: the
       // obstacle may move.
       if (cells[i] != kNoCell && (!aims[i].point || aims[i].point->is_met(o, aims[i].w, hits[i])))
@@ -119,20 +119,20 @@ class Looks::Caster {
                         chain.vertex.begin() + chain.count);
   }
 
-  const Looks& looks_;
+  const GatherHits& hits_;
   const Present& present_;
   CellFinder finder_;
   ChainTracer chains_;
 };
 
-Looks::Looks(RayCounts rays, uint64_t seed)
+GatherHits::GatherHits(RayCounts rays, uint64_t seed)
     : rays_(std::move(rays)),
       seed_(seed),
       directions_(rays_.most(), seed),
       changed_(rays_.receivers(), 1),
       parts_(rays_.receivers(), kParts) {}
 
-uint64_t Looks::set(const Found& found) {
+uint64_t GatherHits::set(const Found& found) {
   std::span<const Vertex> rest = found.vertices;
   size_t next = 0;
   uint64_t changed = 0;
@@ -164,7 +164,7 @@ uint64_t Looks::set(const Found& found) {
   return changed;
 }
 
-void Looks::clear(const Guiding& guiding) {
+void GatherHits::clear(const Guiding& guiding) {
   pending_.reset();
   parts_.assign(samples(), kParts);
   chains_.clear();
@@ -173,10 +173,10 @@ void Looks::clear(const Guiding& guiding) {
   in_beam_.assign(guiding.beams.empty() ? 0 : (targets_.size() + 63) / 64, 0);
 }
 
-void Looks::cast(const Present& present, const Workers& workers, Progress& progress) {
+void GatherHits::cast(const Present& present, const Workers& workers, Progress& progress) {
   const Caster caster(*this, present);
   clear(present.guiding);
-  progress.begin("look around", rays_.all());
+  progress.begin("cast gather rays", rays_.all());
   // Work in portions of samples: chains need much less memory once they are stored.
   for (size_t first = 0; first < samples(); first += kPortion) {
     const size_t portion = std::min(kPortion, samples() - first);
@@ -188,7 +188,7 @@ void Looks::cast(const Present& present, const Workers& workers, Progress& progr
         const SampleRays own = caster.rays(sample);
         all.resize(own.count());
         std::iota(all.begin(), all.end(), 0u);
-        caster.look(own, sample, all, found[begin / kGrain]);
+        caster.cast(own, sample, all, found[begin / kGrain]);
       }
       progress.advance(rays_.first(first + end) - rays_.first(first + begin));
     });
@@ -205,7 +205,7 @@ void Change::merge(const Change& later) {
   add(samples, later.samples), add(points, later.points);
 }
 
-void Looks::note(const Present& present, const Change& change) {
+void GatherHits::note(const Present& present, const Change& change) {
   if (!samples()) return;
   if (!pending_) {
     pending_.emplace();
@@ -244,20 +244,20 @@ void Looks::note(const Present& present, const Change& change) {
                    [](const Task& a, const Task& b) { return a.distance < b.distance; });
 }
 
-double Looks::pending_share() const {
+double GatherHits::pending_share() const {
   return pending_ ? 1 - double(pending_->done) / double(pending_->order.size()) : 0.0;
 }
 
-Looks::Cast Looks::follow(const Present& present, const Workers& workers, Progress& progress,
-                          const std::function<void(size_t)>& renew,
-                          const std::function<bool()>& more) {
+GatherHits::Cast GatherHits::follow(const Present& present, const Workers& workers,
+                                    Progress& progress, const std::function<void(size_t)>& renew,
+                                    const std::function<bool()>& more) {
   if (!pending_) return {};
   const Caster caster(*this, present);
   const StaleRays stale(*this, present, pending_->change);
   const std::vector<Task>& order = pending_->order;
   const std::vector<uint8_t>& fresh = pending_->change.samples;
   Cast cast;
-  progress.announce("look around", order.size() - pending_->done);
+  progress.announce("cast gather rays", order.size() - pending_->done);
   Step next;
   do {
     const Stopwatch watch;
@@ -293,7 +293,7 @@ Looks::Cast Looks::follow(const Present& present, const Workers& workers, Progre
         for (uint32_t r = rays_of(i, task.part); r < again.size(); ++r)
           if (again[r]) which.push_back(r);
         if (which.empty()) continue;
-        caster.look(own, i, which, found[begin / grain]);
+        caster.cast(own, i, which, found[begin / grain]);
         changed_[i] = 1;
       }
     });
@@ -309,29 +309,29 @@ Looks::Cast Looks::follow(const Present& present, const Workers& workers, Progre
   return cast;
 }
 
-double Looks::PerRay::bytes(bool weighted) const {
+double GatherHits::PerRay::bytes(bool weighted) const {
   return sizeof(uint32_t) + (weighted ? sizeof(float) : 0) + chains * double(ChainPool::kBytes) +
          vertices * double(sizeof(Vertex));
 }
 
-Looks::PerRay Looks::per_ray() const {
+GatherHits::PerRay GatherHits::per_ray() const {
   const double rays = std::max(1.0, double(targets_.size()));
   return {double(chains_.size()) / rays, double(chains_.vertex_count()) / rays};
 }
 
-double Looks::forecast_working_bytes(size_t samples, double rays, const PerRay& per_ray) {
+double GatherHits::forecast_working_bytes(size_t samples, double rays, const PerRay& per_ray) {
   return double(std::min(samples, kPortion)) * rays *
          (sizeof(Found::Ray) + per_ray.chains * sizeof(Found::Chained) +
           per_ray.vertices * sizeof(Vertex));
 }
 
-size_t Looks::bytes_in_use() const {
+size_t GatherHits::bytes_in_use() const {
   return (targets_.size() + weights_.size()) * sizeof(uint32_t) +
          in_beam_.size() * sizeof(uint64_t) + changed_.size() + parts_.size() +
          chains_.size() * ChainPool::kBytes + chains_.vertex_count() * sizeof(Vertex);
 }
 
-size_t Looks::bytes() const {
+size_t GatherHits::bytes() const {
   return targets_.capacity() * sizeof(uint32_t) + weights_.capacity() * sizeof(float) +
          in_beam_.capacity() * sizeof(uint64_t) + changed_.capacity() + parts_.capacity() +
          chains_.bytes();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Builds trees of lights by halving them along their longest extent.
-#include "gather/looks/light_tree.h"
+#include "gather/hits/light_tree.h"
 
 #include <algorithm>
 #include <cmath>

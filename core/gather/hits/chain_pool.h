@@ -7,7 +7,7 @@
 
 #include "base/chunks.h"
 #include "base/parallel.h"
-#include "gather/looks/chain.h"
+#include "gather/hits/chain.h"
 
 namespace deltalux::gather {
 

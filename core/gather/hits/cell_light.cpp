@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Computes the cells' radiosity from sums of landed power.
-#include "gather/looks/cell_light.h"
+#include "gather/hits/cell_light.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Chooses a light, and a point on it, by what they would give without shadows.
-#include "gather/looks/one_light.h"
+#include "gather/hits/one_light.h"
 
 #include <algorithm>
 #include <cmath>

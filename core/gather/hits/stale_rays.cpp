@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tells for each ray what its light depends on, and lets trace::ChangeTest decide.
-#include "gather/looks/stale_rays.h"
+#include "gather/hits/stale_rays.h"
 
 #include <algorithm>
 #include <limits>
@@ -12,8 +12,8 @@ constexpr float kFar = std::numeric_limits<float>::infinity();
 
 }  // namespace
 
-StaleRays::StaleRays(const Looks& looks, const Present& present, const Change& change)
-    : looks_(looks),
+StaleRays::StaleRays(const GatherHits& hits, const Present& present, const Change& change)
+    : hits_(hits),
       present_(present),
       change_(change),
       test_(change.scene, present.lights, trace::shadow_slack(present.caster)),
@@ -43,15 +43,16 @@ bool StaleRays::touches_beams(const Box& points) const {
 
 bool StaleRays::shaded(uint32_t target) const {
   if (placed_) return true;
-  if (!Looks::is_chain(target)) return shaded_[target];
-  const trace::Footprint& own = looks_.chains().footprint(Looks::chain_of(target));
+  if (!GatherHits::is_chain(target)) return shaded_[target];
+  const trace::Footprint& own = hits_.chains().footprint(GatherHits::chain_of(target));
   return touches_beams(own.near) || touches_beams({own.to, own.to});
 }
 
 bool StaleRays::passes_by(std::span<const uint32_t> targets) const {
   Box near;
   for (uint32_t target : targets)
-    if (Looks::is_chain(target)) near.grow(looks_.chains().footprint(Looks::chain_of(target)).near);
+    if (GatherHits::is_chain(target))
+      near.grow(hits_.chains().footprint(GatherHits::chain_of(target)).near);
   if (near.empty()) return true;
   if (test_.touches(near)) return false;
   for (uint32_t light = 0; light < present_.lights.size(); ++light)
@@ -61,10 +62,10 @@ bool StaleRays::passes_by(std::span<const uint32_t> targets) const {
 
 void StaleRays::mark(const SampleRays& rays, size_t sample, bool apart,
                      std::vector<uint8_t>& again) const {
-  const std::span<const uint32_t> targets = looks_.targets(sample);
-  const size_t first = looks_.rays().first(sample);
+  const std::span<const uint32_t> targets = hits_.targets(sample);
+  const size_t first = hits_.rays().first(sample);
   for (size_t ray = 0; ray < targets.size(); ++ray)
-    again[ray] = gone(targets[ray], apart) || (looks_.in_beam(first + ray) && shaded(targets[ray]));
+    again[ray] = gone(targets[ray], apart) || (hits_.in_beam(first + ray) && shaded(targets[ray]));
   if (!change_.points.empty())
     rays.each_moved(change_.points, [&](uint32_t ray) { again[ray] = 1; });
   for (const trace::MovedObject& moved : change_.scene.objects) {
@@ -82,7 +83,7 @@ bool StaleRays::gone(uint32_t target, bool apart) const {
   if (target == kDark) return false;
   // Where a sun shines is not known of a cell.
   if (suns_) return true;
-  if (Looks::is_chain(target)) return touches(Looks::chain_of(target), apart);
+  if (GatherHits::is_chain(target)) return touches(GatherHits::chain_of(target), apart);
   return is_own(target) || present_.beams.reach(target) & placed_;
 }
 
@@ -92,11 +93,11 @@ bool StaleRays::is_own(uint32_t cell) const {
 }
 
 bool StaleRays::touches(uint32_t chain, bool apart) const {
-  const trace::Footprint& own = looks_.chains().footprint(chain);
-  const std::span<const Vertex> vertices = looks_.chains().vertices(chain);
+  const trace::Footprint& own = hits_.chains().footprint(chain);
+  const std::span<const Vertex> vertices = hits_.chains().vertices(chain);
   if (vertices.front().is_of_end()) {
     // It consists of the ray alone, which mark() tests, too.
-    const uint32_t end = looks_.chains().end(chain);
+    const uint32_t end = hits_.chains().end(chain);
     return is_own(end) || present_.beams.reach(end) & placed_ ||
            std::any_of(vertices.begin(), vertices.end(), [&](const Vertex& vertex) {
              return vertex.lamp() != scene::kNone && test_.touches_light(vertex.lamp(), own.to);

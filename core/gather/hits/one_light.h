@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "gather/looks/light_tree.h"
-#include "gather/looks/vertex.h"
+#include "gather/hits/light_tree.h"
+#include "gather/hits/vertex.h"
 #include "trace/ray_caster.h"
 
 namespace deltalux::gather {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Traces short paths from receivers, with one shadow ray at each vertex.
-#include "gather/looks/chain.h"
+#include "gather/hits/chain.h"
 
 #include <algorithm>
 #include <optional>
