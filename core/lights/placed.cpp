@@ -21,7 +21,7 @@ double Placed::irradiance(const Punctual& light, Vec3f point, Vec3f normal, floa
   const double nearest = std::max(double(position_slack(light.position) + slack), 1e-18);
   const double squared = std::max(double(dot(d, d)), nearest * nearest);
   const double distance = std::sqrt(squared);
-  return share(light, -d) * cosine / (squared * distance);
+  return falloff(light, -d) * cosine / (squared * distance);
 }
 
 ShadowRay Placed::shadow_ray(const Punctual& light, Vec3f origin) const {

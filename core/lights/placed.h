@@ -18,7 +18,7 @@ class Placed : public Kind {
  private:
   /// The intensity in direction `d` (of any length), relative to the maximum, in [0, 1]; extent()
   /// is the integral over all directions.
-  virtual double share(const Punctual& light, Vec3f d) const = 0;
+  virtual double falloff(const Punctual& light, Vec3f d) const = 0;
   /// Draws a direction in proportion to that. `u`, `v`: random, in [0, 1).
   virtual Vec3f draw(const Punctual& light, float u, float v) const = 0;
 };

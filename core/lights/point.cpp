@@ -19,7 +19,7 @@ class Point final : public Placed {
   double extent(const Punctual&) const override { return 4 * std::numbers::pi; }
 
  private:
-  double share(const Punctual&, Vec3f) const override { return 1; }
+  double falloff(const Punctual&, Vec3f) const override { return 1; }
   Vec3f draw(const Punctual&, float u, float v) const override {
     const float cosine = 1.0f - 2.0f * u;
     return on_cone({0, 0, 1}, cosine, sine_of(cosine), v);

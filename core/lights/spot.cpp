@@ -31,7 +31,7 @@ class Spot final : public Placed {
   }
 
  private:
-  double share(const Punctual& light, Vec3f d) const override {
+  double falloff(const Punctual& light, Vec3f d) const override {
     // Computed from the chord between unit vectors: cosines near 1 lack the precision for narrow
     // cones.
     const Vec3d chord = Vec3d(light.direction) - normalize(Vec3d(d));

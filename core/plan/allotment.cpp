@@ -46,7 +46,7 @@ double dim_irradiance(const std::vector<double>& all) {
 }
 
 /// The shares that `use` of each light (negative: not measured) and its power suggest.
-std::vector<double> shares_of(std::span<const double> power, std::span<const double> use) {
+std::vector<double> allotments_of(std::span<const double> power, std::span<const double> use) {
   std::vector<double> wanted(power.size(), -1);
   double measured = 0, measured_power = 0, total_power = 0;
   for (size_t l = 0; l < power.size(); ++l) {
@@ -129,7 +129,7 @@ std::vector<double> shares_by_use(const scene::Scene& scene, std::span<const Vec
     use[l] = 0;
     for (size_t i = 0; i < n; ++i) use[l] += given[l].indirect[i] * weight[i] * weight[i];
   }
-  return shares_of(power, use);
+  return allotments_of(power, use);
 }
 
 }  // namespace deltalux::plan

@@ -100,11 +100,11 @@ class Scene {
     const Material& own = material_of(primitive);
     return !own.kind->is_opaque(own) && !own.kind->stops(own, point_on(primitive, u, v));
   }
-  /// Kind::share() of the primitive's surface at that point.
-  Vec3f share_at(uint32_t primitive, float u, float v) const {
+  /// Kind::tint() of the primitive's surface at that point.
+  Vec3f tint_at(uint32_t primitive, float u, float v) const {
     const Material& own = material_of(primitive);
     if (!own.varies()) return {1, 1, 1};
-    return own.kind->share(own, point_on(primitive, u, v));
+    return own.kind->tint(own, point_on(primitive, u, v));
   }
   /// Whether light may go on from the primitive in another lobe than the diffuse one.
   bool has_lobes(uint32_t primitive) const {

@@ -120,9 +120,9 @@ class Kind {
 
   /// The diffuse reflectance at a point, relative to the surface's mean. Not asked unless
   /// Surface::varies(): it is 1 then.
-  virtual Vec3f share(const Surface& surface, const Point& at) const = 0;
+  virtual Vec3f tint(const Surface& surface, const Point& at) const = 0;
   /// Upper bound of all that any point reflects, in whatever lobe, relative to the surface's mean.
-  virtual Vec3f max_share(const Surface& surface) const = 0;
+  virtual Vec3f max_tint(const Surface& surface) const = 0;
 
   // Lobes that are not diffuse. All of this depends on the parameters, not on the reflectance, so
   // that edits of that leave rays as they are.
@@ -166,12 +166,12 @@ inline bool Surface::stops_all() const { return kind->is_opaque(*this) && !kind-
 
 inline Vec3f Surface::diffuse_at(const Point& at) const {
   if (!varies()) return reflectance;
-  return min(product(reflectance, kind->share(*this, at)), Vec3f{1, 1, 1});
+  return min(product(reflectance, kind->tint(*this, at)), Vec3f{1, 1, 1});
 }
 
 inline bool Surface::admits(Vec3f mean) const {
   constexpr float kRounding = 1e-6f;
-  const Vec3f most = product(mean, kind->max_share(*this));
+  const Vec3f most = product(mean, kind->max_tint(*this));
   return std::max({most.x, most.y, most.z}) <= 1 + kRounding;
 }
 

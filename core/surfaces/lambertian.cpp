@@ -26,7 +26,7 @@ bool Lambertian::scatter(const Surface& surface, const Arrival& arrival, const B
 }
 
 Vec3d Lambertian::max_throughput(const Surface& surface) const {
-  const Vec3d most(product(surface.reflectance, max_share(surface)));
+  const Vec3d most(product(surface.reflectance, max_tint(surface)));
   Vec3d bound{};
   if (reads() == Reads::nothing) {
     const double survival = std::sqrt(std::max({most.x, most.y, most.z}));

@@ -152,11 +152,11 @@ class GuidedRays : public testing::TestWithParam<uint32_t> {
   GuidedRays() {
     guiding_.guides = {ramp(), ramp({0.5f, 0, 0.5f}, 0.2f)};
     for (uint32_t i = 0; i < 500; ++i) {
-      RayShares shares;
+      RayAllotment shares;
       shares.guide = {0, 1};
       const uint16_t most = uint16_t(GetParam() / 16);
       shares.eighth = {uint16_t(i % 3 ? (most + 1) / 2 : 0), uint16_t(i % 2 ? most / 2 : 0)};
-      guiding_.shares.push_back(shares);
+      guiding_.allotments.push_back(shares);
     }
   }
   Guiding guiding_;

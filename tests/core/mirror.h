@@ -20,10 +20,10 @@ class Mirror final : public Kind {
   }
   bool is_opaque(const Surface&) const override { return true; }
   bool stops(const Surface&, const Point&) const override { return true; }
-  Vec3f share(const Surface& surface, const Point&) const override {
+  Vec3f tint(const Surface& surface, const Point&) const override {
     return Vec3f{1, 1, 1} * (1 - surface.parameters[0]);
   }
-  Vec3f max_share(const Surface&) const override { return {1, 1, 1}; }
+  Vec3f max_tint(const Surface&) const override { return {1, 1, 1}; }
   bool has_specular(const Surface&) const override { return true; }
   float onward_chance(const Surface& surface, const Arrival&) const override {
     return surface.parameters[0];

@@ -20,8 +20,8 @@ class Pane final : public Kind {
   }
   bool is_opaque(const Surface&) const override { return true; }
   bool stops(const Surface&, const Point&) const override { return true; }
-  Vec3f share(const Surface&, const Point&) const override { return {0, 0, 0}; }
-  Vec3f max_share(const Surface&) const override { return {1, 1, 1}; }
+  Vec3f tint(const Surface&, const Point&) const override { return {0, 0, 0}; }
+  Vec3f max_tint(const Surface&) const override { return {1, 1, 1}; }
   bool transmits(const Surface&) const override { return true; }
   float onward_chance(const Surface&, const Arrival&) const override { return 1; }
   bool onward(const Surface& surface, const Arrival& arrival, float, float,

@@ -49,7 +49,7 @@ class Sectored final : public Placed {
   static const Sectors& sectors(const Punctual& light) {
     return static_cast<const Sectors&>(*light.tables);
   }
-  double share(const Punctual& light, Vec3f d) const override {
+  double falloff(const Punctual& light, Vec3f d) const override {
     const Vec3f w = normalize(d);
     if (!(dot(w, light.direction) > 1 - kWidth)) return 0;
     const float turn =

@@ -47,7 +47,7 @@ TEST(Surfaces, PathsCarryOnWhatIsReflected) {
           EXPECT_LE(bound[c], 1);
           // As tight as can be said: of all points alike, or if one channel is the brightest.
           const bool alike = surface.kind->reads() == Reads::nothing;
-          const double brightest = surface.kind->max_share(surface)[c] * surface.reflectance[c];
+          const double brightest = surface.kind->max_tint(surface)[c] * surface.reflectance[c];
           EXPECT_NEAR(bound[c], alike ? double(most[c]) : std::sqrt(brightest), 1e-7);
         }
         EXPECT_NEAR(cosines / sum.x, 2.0 / 3, 0.005);  // of a cosine-distributed direction
@@ -185,10 +185,10 @@ TEST(Surfaces, CellsReflectTheMeanOfTheirPoints) {
     const gather::Cells cells(scene, trace::RayCaster(scene, progress), 1);
     double sum = 0, area = 0;
     for (uint32_t cell = 0; cell < cells.size(); ++cell) {
-      EXPECT_GE(cells.share(cell).x, Striped::kDark.x - 1e-6f);
-      EXPECT_LE(cells.share(cell).x, Striped::kBright.x + 1e-6f);
-      EXPECT_NEAR(cells.share(cell).z, 1, 1e-6);
-      sum += double(cells.share(cell).x) * cells.area(cell), area += cells.area(cell);
+      EXPECT_GE(cells.tint(cell).x, Striped::kDark.x - 1e-6f);
+      EXPECT_LE(cells.tint(cell).x, Striped::kBright.x + 1e-6f);
+      EXPECT_NEAR(cells.tint(cell).z, 1, 1e-6);
+      sum += double(cells.tint(cell).x) * cells.area(cell), area += cells.area(cell);
     }
     // The share of x + z < 0.5 is 1/8 of the square, that of 1 to 1.5 is 3/8.
     EXPECT_NEAR(sum / area, 0.5 * (double(Striped::kBright.x) + double(Striped::kDark.x)), 0.005);
@@ -196,7 +196,7 @@ TEST(Surfaces, CellsReflectTheMeanOfTheirPoints) {
     const Vec3f down{0, -1, 0};
     const auto share_under = [&](float x, float z) {
       const uint32_t primitive = pieces == 1 ? (x > z ? 1u : 0u) : 0u;
-      return cells.share(finder.find(primitive, {x, 1, z}, down, 1)).x;
+      return cells.tint(finder.find(primitive, {x, 1, z}, down, 1)).x;
     };
     EXPECT_FLOAT_EQ(share_under(0.01f, 0.012f), Striped::kBright.x);
     if (pieces == 1) {
@@ -208,11 +208,11 @@ TEST(Surfaces, CellsReflectTheMeanOfTheirPoints) {
 TEST(Surfaces, OfConstantReflectanceNeedNoShares) {
   scene::Scene scene = floor({{0.5f, 0.5f, 0.5f}});
   scene.finish();
-  EXPECT_EQ(scene.share_at(0, 0.3f, 0.3f), (Vec3f{1, 1, 1}));
+  EXPECT_EQ(scene.tint_at(0, 0.3f, 0.3f), (Vec3f{1, 1, 1}));
   Progress progress;
   const gather::Cells cells(scene, trace::RayCaster(scene, progress), 1);
   for (uint32_t cell = 0; cell < cells.size(); ++cell)
-    EXPECT_EQ(cells.share(cell), (Vec3f{1, 1, 1}));
+    EXPECT_EQ(cells.tint(cell), (Vec3f{1, 1, 1}));
 }
 
 // Every point of a ball sees all others alike, so the irradiance inside is the same everywhere:

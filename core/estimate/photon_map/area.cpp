@@ -23,14 +23,14 @@ double PhotonMap::kernel_integral(size_t sample, double radius2) const {
   // Integrate by parts: the integral of w(t) dA(t) is w(1) A(1) minus the integral of w'(t) A(t).
   constexpr double kAt[4] = {0.18343464249564980, 0.52553240991632899, 0.79666647741362674,
                              0.96028985649753623};
-  constexpr double kShare[4] = {0.36268378337836198, 0.31370664587788729, 0.22238103445337447,
-                                0.10122853629037626};
+  constexpr double kTint[4] = {0.36268378337836198, 0.31370664587788729, 0.22238103445337447,
+                               0.10122853629037626};
   const bool is_cone = options_.kernel == Kernel::cone;
   double sum = is_cone ? (1 - 1 / cone) * area_within(sample, radius) : 0;
   for (int i = 0; i < 8; ++i) {
     const double t = (1 + (i % 2 ? kAt[i / 2] : -kAt[i / 2])) / 2;
     const double slope = is_cone ? 1 / cone : 2 * t;
-    sum += kShare[i / 2] / 2 * slope * area_within(sample, t * radius);
+    sum += kTint[i / 2] / 2 * slope * area_within(sample, t * radius);
   }
   return sum;
 }

@@ -14,23 +14,23 @@ constexpr const char* kBeams = "gather.beams";
 constexpr const char* kSuns = "gather.suns";
 constexpr const char* kNeed = "gather.need";
 constexpr const char* kDoublings = "gather.doublings";
-constexpr const char* kShares = "gather.shares";
+constexpr const char* kAllotments = "gather.shares";
 
 static_assert(sizeof(Guide) == 4 * (11 + 33 * 33) && sizeof(BeamGuide) == 12 &&
-              sizeof(RayNeed) == 12 && sizeof(RayShares) == 32);
+              sizeof(RayNeed) == 12 && sizeof(RayAllotment) == 32);
 
 [[noreturn]] void refuse(const char* array, const std::string& what) {
   throw FormatError("\"" + std::string(array) + "\": found " + what);
 }
 
-/// Why a sample with `rays` rays cannot have these shares; null if it can.
-const char* flaw(const RayShares& shares, uint32_t rays, size_t guides, size_t beams) {
-  if (shares.guided() > rays / (2 * kParts)) return "more guided rays than a sample has";
+/// Why a sample with `rays` rays cannot have these allotments; null if it can.
+const char* flaw(const RayAllotment& allotments, uint32_t rays, size_t guides, size_t beams) {
+  if (allotments.guided() > rays / (2 * kParts)) return "more guided rays than a sample has";
   for (size_t slot = 0; slot < kMaxUsed; ++slot) {
-    const size_t guide = shares.guide[slot];
-    const bool is_beam = guide >= RayShares::kFirstBeam;
-    if (shares.eighth[slot] &&
-        guide - (is_beam ? RayShares::kFirstBeam : 0) >= (is_beam ? beams : guides))
+    const size_t guide = allotments.guide[slot];
+    const bool is_beam = guide >= RayAllotment::kFirstBeam;
+    if (allotments.eighth[slot] &&
+        guide - (is_beam ? RayAllotment::kFirstBeam : 0) >= (is_beam ? beams : guides))
       return "a guide that is not there";
   }
   return nullptr;
@@ -50,14 +50,14 @@ void save_chosen(const Guiding& guiding, std::span<const Guide> guides, const Ra
 void Guiding::save(ArchiveView& archive, bool current) const {
   save_chosen(*this, guides, need, archive);
   archive.append(kDoublings, doublings);
-  if (current && !empty()) archive.append(kShares, shares);
+  if (current && !empty()) archive.append(kAllotments, allotments);
 }
 
 void Guiding::save_samples(size_t first, size_t last, ArchiveView& archive) const {
   save_chosen(*this, guides, need, archive);
   archive.append(kDoublings, std::span(doublings).subspan(first, last - first));
   if (!empty() && last > first)
-    archive.append(kShares, std::span(shares).subspan(first, last - first));
+    archive.append(kAllotments, std::span(allotments).subspan(first, last - first));
 }
 
 void Guiding::save_lights_by_shadow_ray(ArchiveView& archive) const {
@@ -86,13 +86,13 @@ void Guiding::restore(ArchiveSource& archive, std::span<const trace::Light> ligh
   for (int8_t own : doublings)
     if (own < RayCounts::kMinDoublings || own > RayCounts::kMaxDoublings)
       refuse(kDoublings, "a number of rays no sample has");
-  shares.clear();
-  if (empty() || !archive.bytes(kShares)) return;
-  shares = archive.read_all<RayShares>(kShares, samples);
+  allotments.clear();
+  if (empty() || !archive.bytes(kAllotments)) return;
+  allotments = archive.read_all<RayAllotment>(kAllotments, samples);
   for (size_t i = 0; i < samples; ++i)
     if (const char* wrong =
-            flaw(shares[i], RayCounts::rays(rays, doublings[i]), guides.size(), beams.size()))
-      refuse(kShares, wrong);
+            flaw(allotments[i], RayCounts::rays(rays, doublings[i]), guides.size(), beams.size()))
+      refuse(kAllotments, wrong);
 }
 
 }  // namespace deltalux::gather

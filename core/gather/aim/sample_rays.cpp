@@ -102,7 +102,7 @@ SeenGuides see_guides(std::span<const Guide> guides, const Beams& beams,
     const Beam::Brought brought = beams[b].brought(origin, receiver.normal);
     const float peak = beams[b].brightest();
     consider(brought.square + peak * brought.perhaps, brought.irradiance + brought.perhaps,
-             beams[b].guide().around, RayShares::kFirstBeam + b);
+             beams[b].guide().around, RayAllotment::kFirstBeam + b);
   }
   SightLines lines(caster, origin);
   keep_seen(candidates, [&](std::span<Candidate* const> asked) {
@@ -111,7 +111,7 @@ SeenGuides see_guides(std::span<const Guide> guides, const Beams& beams,
       for (const uint32_t end = own->tries + kTries; own->tries < end; ++own->tries) {
         const uint32_t k = own->tries;
         if (own->guide >= guides.size()) {
-          const Beam& beam = beams[own->guide - RayShares::kFirstBeam];
+          const Beam& beam = beams[own->guide - RayAllotment::kFirstBeam];
           own->hits += beam.sees(k, caster, origin, receiver.normal, random);
           continue;
         }
@@ -131,8 +131,8 @@ SeenGuides see_guides(std::span<const Guide> guides, const Beams& beams,
   return out;
 }
 
-RayShares share_rays(const SeenGuides& seen, uint32_t rays) {
-  RayShares out;
+RayAllotment allot_rays(const SeenGuides& seen, uint32_t rays) {
+  RayAllotment out;
   float all = 0;
   for (uint32_t i = 0; i < seen.count; ++i) all += seen.each[i].share;
   // One ray per part for each guide, the rest in proportion to the guides' light; at least half of
@@ -157,17 +157,17 @@ SampleRays::SampleRays(const Directions& directions, const Guiding& guiding, con
       count_(rays),
       origin_(receiver.point + receiver.normal * receiver.slack()),
       normal_(receiver.normal) {
-  if (guiding.shares.empty()) return;
-  shares_ = guiding.shares[sample];
-  guided_ = shares_.guided();
+  if (guiding.allotments.empty()) return;
+  allotment_ = guiding.allotments[sample];
+  guided_ = allotment_.guided();
   for (uint32_t slot = 0; slot < kMaxUsed; ++slot) {
-    if (!shares_.eighth[slot]) continue;
-    const uint32_t guide = shares_.guide[slot];
-    if (guide < RayShares::kFirstBeam) {
+    if (!allotment_.eighth[slot]) continue;
+    const uint32_t guide = allotment_.guide[slot];
+    if (guide < RayAllotment::kFirstBeam) {
       targets_[slot] = Target(guiding.guides[guide], origin_);
       squares_.set(slot, guiding.guides[guide]);
     } else {
-      beam_[slot] = &beams[guide - RayShares::kFirstBeam];
+      beam_[slot] = &beams[guide - RayAllotment::kFirstBeam];
     }
   }
 }
@@ -183,8 +183,8 @@ std::pair<uint32_t, uint32_t> SampleRays::slot_of(uint32_t ray) const {
   const uint32_t even = end_of(part) - guided_;
   if (ray < even) return {kMaxUsed, ray - part * guided_};
   uint32_t number = ray - even, slot = 0;
-  while (number >= shares_.eighth[slot]) number -= shares_.eighth[slot++];
-  return {slot, part * shares_.eighth[slot] + number};
+  while (number >= allotment_.eighth[slot]) number -= allotment_.eighth[slot++];
+  return {slot, part * allotment_.eighth[slot] + number};
 }
 
 Aim SampleRays::aim(uint32_t ray) const {
@@ -220,11 +220,11 @@ float SampleRays::weight(uint32_t ray, Vec3f w, float t, const direct::Receiver&
   alignas(64) std::array<float, kMaxUsed> may;
   squares_.may_meet(origin_, w, kMaxUsed, may);
   for (uint32_t slot = 0; slot < kMaxUsed; ++slot) {
-    if (!shares_.eighth[slot]) continue;
+    if (!allotment_.eighth[slot]) continue;
     if (!beam_[slot] && !(may[slot] > 0) && slot != own_slot) continue;
     const float density =
         beam_[slot] ? beam_[slot]->density(w, t, at, caster, in_beam) : targets_[slot].density(w);
-    heuristic.add(double(kParts * shares_.eighth[slot]) * double(density), slot == own_slot);
+    heuristic.add(double(kParts * allotment_.eighth[slot]) * double(density), slot == own_slot);
   }
   return heuristic.weight(double(cosine * all));
 }

@@ -22,7 +22,7 @@ inline constexpr uint32_t kMaxUsed = 8;  // guides per sample, including beams
 
 /// How many of a sample's rays go towards each guide, counted per part (an eighth) of the rays: all
 /// parts have the same numbers.
-struct RayShares {
+struct RayAllotment {
   static constexpr uint16_t kFirstBeam = kMaxGuides;  ///< in `guide`: index of the first beam
   std::array<uint16_t, kMaxUsed> guide{}, eighth{};
   /// Guided rays in one part.
@@ -31,10 +31,10 @@ struct RayShares {
     for (uint16_t own : eighth) sum += own;
     return sum;
   }
-  friend bool operator==(const RayShares&, const RayShares&) = default;
+  friend bool operator==(const RayAllotment&, const RayAllotment&) = default;
 };
 
-/// The guides of a session, which are chosen at the bake, and the numbers and shares of all
+/// The guides of a session, which are chosen at the bake, and the numbers and allotments of all
 /// samples' rays.
 struct Guiding {
   std::vector<Guide> guides;
@@ -42,24 +42,24 @@ struct Guiding {
   std::vector<uint32_t> suns;  ///< indices of lights, ascending, see Suns
   RayNeed need;
   std::vector<int8_t> doublings;  ///< by sample: log2 of the factor on the standard number of rays
-  std::vector<RayShares> shares;  ///< by sample; empty without guides
+  std::vector<RayAllotment> allotments;  ///< by sample; empty without guides
   /// Whether all rays are cosine-distributed.
   bool empty() const { return guides.empty() && beams.empty(); }
   size_t bytes() const {
     return guides.capacity() * sizeof(Guide) + beams.capacity() * sizeof(BeamGuide) +
-           suns.capacity() * sizeof(uint32_t) + shares.capacity() * sizeof(RayShares) +
+           suns.capacity() * sizeof(uint32_t) + allotments.capacity() * sizeof(RayAllotment) +
            doublings.capacity();
   }
-  /// Writes arrays named "gather.…". `current`: whether the shares are those of the present scene;
-  /// they are only written then.
+  /// Writes arrays named "gather.…". `current`: whether the allotments are those of the present
+  /// scene; they are only written then.
   void save(ArchiveView& archive, bool current) const;
-  /// The same for samples [first, last) alone, whose shares are current.
+  /// The same for samples [first, last) alone, whose allotments are current.
   void save_samples(size_t first, size_t last, ArchiveView& archive) const;
   /// Saves for which lights gather rays cast shadow rays, and nothing that belongs to samples: all
   /// that a session without gather rays restores.
   void save_lights_by_shadow_ray(ArchiveView& archive) const;
-  /// Restores what save() wrote; leaves `shares` empty if they were not saved. `rays`: the standard
-  /// number. Throws FormatError; this object is then useless.
+  /// Restores what save() wrote; leaves `allotments` empty if they were not saved. `rays`: the
+  /// standard number. Throws FormatError; this object is then useless.
   void restore(ArchiveSource& archive, std::span<const trace::Light> lights, size_t samples,
                uint32_t rays);
 };
@@ -81,7 +81,7 @@ SeenGuides see_guides(std::span<const Guide> guides, const Beams& beams,
                       const direct::Receiver& receiver, uint32_t rays,
                       const trace::RayCaster& caster, uint64_t seed);
 /// How a receiver with `rays` rays divides them.
-RayShares share_rays(const SeenGuides& seen, uint32_t rays);
+RayAllotment allot_rays(const SeenGuides& seen, uint32_t rays);
 
 /// The direction of a ray.
 struct Aim {
@@ -138,7 +138,7 @@ class SampleRays {
   void each_moved(std::span<const uint8_t> moved_points, const Visit& visit) const {
     for (uint32_t slot = 0; slot < kMaxUsed; ++slot) {
       if (!beam_[slot]) continue;
-      const size_t beam = shares_.guide[slot] - RayShares::kFirstBeam;
+      const size_t beam = allotment_.guide[slot] - RayAllotment::kFirstBeam;
       each_of_slot(slot, [&](uint32_t ray, uint32_t number) {
         if (moved_points[beam * Beam::kPoints + point_of(slot, number)]) visit(ray);
       });
@@ -153,7 +153,7 @@ class SampleRays {
     directions_.each_towards(key_, even, normal_, to_centre, radius,
                              [&](uint32_t number) { visit(ray_of_even(number)); });
     for (uint32_t slot = 0; slot < kMaxUsed; ++slot)
-      if (shares_.eighth[slot] && (beam_[slot] || targets_[slot].may_meet(to_centre, radius)))
+      if (allotment_.eighth[slot] && (beam_[slot] || targets_[slot].may_meet(to_centre, radius)))
         each_of_slot(slot, [&](uint32_t ray, uint32_t) { visit(ray); });
   }
 
@@ -164,10 +164,10 @@ class SampleRays {
   template <class Visit>
   void each_of_slot(uint32_t slot, const Visit& visit) const {
     uint32_t before = 0;
-    for (uint32_t k = 0; k < slot; ++k) before += shares_.eighth[k];
+    for (uint32_t k = 0; k < slot; ++k) before += allotment_.eighth[k];
     for (uint32_t part = 0; part < kParts; ++part)
-      for (uint32_t k = 0; k < shares_.eighth[slot]; ++k)
-        visit(end_of(part) - guided_ + before + k, part * shares_.eighth[slot] + k);
+      for (uint32_t k = 0; k < allotment_.eighth[slot]; ++k)
+        visit(end_of(part) - guided_ + before + k, part * allotment_.eighth[slot] + k);
   }
   /// Index of the beam's point that a ray of the slot aims for.
   uint32_t point_of(uint32_t slot, uint32_t number) const {
@@ -185,7 +185,7 @@ class SampleRays {
   uint32_t count_;
   Vec3f origin_, normal_;
   uint32_t guided_ = 0;  // guided rays in each part
-  RayShares shares_;
+  RayAllotment allotment_;
   std::array<Target, kMaxUsed> targets_;
   GuideSquares<kMaxUsed> squares_;            // of targets_
   std::array<const Beam*, kMaxUsed> beam_{};  // by slot; null if the slot has a target

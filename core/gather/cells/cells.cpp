@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "base/error.h"
-#include "gather/cells/cell_shares.h"
+#include "gather/cells/cell_tints.h"
 #include "gather/cells/exposure.h"
 
 namespace deltalux::gather {
@@ -75,9 +75,9 @@ void Cells::add(const scene::Scene& scene, uint32_t object, uint32_t first_primi
     near_.push_back(kNear * std::sqrt(own.areas()[i]));
     material_.push_back(own.materials()[i]);
   }
-  if (!share_.empty() || any_varies(scene, triangles)) {
-    share_.resize(bodies_.back().first_cell, {1, 1, 1});
-    add_cell_shares(scene, first_primitive, triangles, own, edge, progress, share_);
+  if (!tint_.empty() || any_varies(scene, triangles)) {
+    tint_.resize(bodies_.back().first_cell, {1, 1, 1});
+    add_cell_tints(scene, first_primitive, triangles, own, edge, progress, tint_);
   }
 }
 
@@ -106,7 +106,7 @@ void Cells::drop_objects(size_t count) {
     if (body == 0 || body + 1 != bodies_.size()) continue;
     const uint32_t first = bodies_.back().first_cell;
     area_.resize(first), near_.resize(first), material_.resize(first);
-    if (!share_.empty()) share_.resize(first, {1, 1, 1});
+    if (!tint_.empty()) tint_.resize(first, {1, 1, 1});
     bodies_.pop_back();
   }
 }
@@ -120,7 +120,7 @@ std::pair<uint32_t, uint32_t> Cells::of_object(uint32_t object) const {
 
 size_t Cells::bytes() const {
   size_t sum = (area_.capacity() + near_.capacity()) * sizeof(float) +
-               material_.capacity() * sizeof(uint32_t) + share_.capacity() * sizeof(Vec3f);
+               material_.capacity() * sizeof(uint32_t) + tint_.capacity() * sizeof(Vec3f);
   for (const Body& body : bodies_) sum += sizeof(Body) + body.cells.bytes();
   return sum;
 }

@@ -48,8 +48,8 @@ class Cells {
     DELTALUX_ASSERT(cell < size());
     return material_[cell];
   }
-  /// The mean of Scene::share_at() over the cell, by area.
-  Vec3f share(uint32_t cell) const { return share_.empty() ? Vec3f{1, 1, 1} : share_[cell]; }
+  /// The mean of Scene::tint_at() over the cell, by area.
+  Vec3f tint(uint32_t cell) const { return tint_.empty() ? Vec3f{1, 1, 1} : tint_[cell]; }
   /// Index of the first cell of a movable, and of the one behind its last.
   std::pair<uint32_t, uint32_t> of_object(uint32_t object) const;
   /// Edge length of the squares of static geometry.
@@ -101,7 +101,7 @@ class Cells {
   std::vector<uint32_t> body_of_;  // by object: index in bodies_
   std::vector<float> area_, near_;
   std::vector<uint32_t> material_;
-  std::vector<Vec3f> share_;  // empty while all are 1
+  std::vector<Vec3f> tint_;  // empty while all are 1
 };
 
 /// Finds cells in the present poses; has to be made anew after each edit.

@@ -32,7 +32,7 @@ std::optional<BeamGuide> find_beam(const Present& present, const Evaluation& eva
     if (cell == kNoCell) continue;
     const Vec3f reflectance =
         surfaces::product(present.scene.materials[present.cells.material(cell)].reflectance,
-                          present.cells.share(cell));
+                          present.cells.tint(cell));
     const float own = evaluation.dim(light) * dot(lamp.intensity, reflectance) * float(each);
     power[cell] += own, sent += double(own), ++landed;
   }

@@ -30,7 +30,7 @@ Vec3d unit_of(const CellState& state, uint32_t cell, float bare) {
   const double area = bare_area(state, cell, bare);
   if (!(area > 0)) return {};
   const Vec3f reflectance = surfaces::product(
-      state.scene.materials[state.cells.material(cell)].reflectance, state.cells.share(cell));
+      state.scene.materials[state.cells.material(cell)].reflectance, state.cells.tint(cell));
   Vec3d unit;
   for (int c = 0; c < 3; ++c) unit[c] = double(reflectance[c]) / area;
   return unit;

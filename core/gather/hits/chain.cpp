@@ -22,7 +22,7 @@ enum : uint32_t {
   kLobeV
 };  // dimensions of a vertex's random numbers
 
-constexpr Vec3f kMaxShare{Vertex::kMaxShare, Vertex::kMaxShare, Vertex::kMaxShare};
+constexpr Vec3f kMaxTint{Vertex::kMaxTint, Vertex::kMaxTint, Vertex::kMaxTint};
 
 }  // namespace
 
@@ -42,19 +42,19 @@ ChainTracer::ChainTracer(const Present& present, const CellFinder& finder, uint6
 
 ChainTracer::Taken ChainTracer::take_lobe(const PathRandom& random, uint32_t step,
                                           const trace::Hit& hit, Vec3f& origin, Vec3f& w,
-                                          Vec3f& share, Chain& chain) const {
+                                          Vec3f& tint, Chain& chain) const {
   const scene::Scene& scene = present_.scene;
   const scene::Material& surface = scene.material_of(hit.primitive);
   const surfaces::Arrival arrival{w, hit.normal, scene.point_on(hit.primitive, hit.u, hit.v)};
   const float chance = surface.kind->onward_chance(surface, arrival);
   if (!(random(step, kLobe) < chance)) {
-    share = min(share * (1 / (1 - chance)), kMaxShare);
+    tint = min(tint * (1 / (1 - chance)), kMaxTint);
     return Taken::diffuse;
   }
   surfaces::Onward out;
   if (!surface.kind->onward(surface, arrival, random(step, kLobeU), random(step, kLobeV), out))
     return Taken::nothing;
-  share = min(surfaces::product(share, out.factor), kMaxShare);
+  tint = min(surfaces::product(tint, out.factor), kMaxTint);
   const float plane = scene.slack_of(hit.primitive);
   if (out.lobe == surfaces::Lobe::straight) {
     origin = trace::pass_surface(origin, w, hit, plane);
@@ -75,7 +75,7 @@ Chain ChainTracer::trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w,
   chain.footprint.near.grow(origin);
   chain.footprint.from = origin, chain.footprint.to = origin + w * met.t;
   trace::Hit hit = met;
-  Vec3f share{1, 1, 1};  // product over the vertices
+  Vec3f tint{1, 1, 1};   // product over the vertices
   uint32_t touched = 0;  // points that are vertices
   for (uint32_t step = 0;;) {
     const auto draw = [&](uint32_t u, uint32_t v) {
@@ -83,17 +83,17 @@ Chain ChainTracer::trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w,
     };
     const direct::Receiver at = present_.landing(origin, w, hit);
     const Taken taken =
-        goes_on_at(hit) ? take_lobe(random, step, hit, origin, w, share, chain) : Taken::diffuse;
+        goes_on_at(hit) ? take_lobe(random, step, hit, origin, w, tint, chain) : Taken::diffuse;
     if (taken == Taken::diffuse && hit.t >= present_.cells.near(cell)) {
-      finish(draw(kLightU, kLightV), at, hit, cell, share, chain);
+      finish(draw(kLightU, kLightV), at, hit, cell, tint, chain);
       return chain;
     }
     chain.footprint.near.grow(at.point);
     std::optional<DirectionSampler> sampler;
     Aim aim{w};
     if (taken == Taken::diffuse) {
-      share = min(surfaces::product(share, scene.share_at(hit.primitive, hit.u, hit.v)), kMaxShare);
-      touch(draw(kLightU, kLightV), at, hit, cell, share, chain);
+      tint = min(surfaces::product(tint, scene.tint_at(hit.primitive, hit.u, hit.v)), kMaxTint);
+      touch(draw(kLightU, kLightV), at, hit, cell, tint, chain);
       origin = trace::leave_surface(origin, w, hit, at.normal, at.plane);
       sampler.emplace(guides_, present_.beams, origin, at.normal);
       const Draw turned = draw(kTurnU, kTurnV);
@@ -120,11 +120,11 @@ Chain ChainTracer::trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w,
 }
 
 void ChainTracer::touch(const Draw& draw, const direct::Receiver& at, const trace::Hit& hit,
-                        uint32_t cell, Vec3f share, Chain& chain) const {
+                        uint32_t cell, Vec3f tint, Chain& chain) const {
   const scene::Scene& scene = present_.scene;
   const uint32_t material = scene.material_index(hit.primitive);
-  const std::array<float, 3> factor{chain.weight * share.x, chain.weight * share.y,
-                                    chain.weight * share.z};
+  const std::array<float, 3> factor{chain.weight * tint.x, chain.weight * tint.y,
+                                    chain.weight * tint.z};
   if (scene.has_specular())
     chain.vertex[chain.count++] = {material | Vertex::kCaustic, cell, factor};
   Vertex& vertex = chain.vertex[chain.count++];
@@ -134,12 +134,12 @@ void ChainTracer::touch(const Draw& draw, const direct::Receiver& at, const trac
 }
 
 void ChainTracer::finish(const Draw& draw, const direct::Receiver& at, const trace::Hit& hit,
-                         uint32_t cell, Vec3f share, Chain& chain) const {
+                         uint32_t cell, Vec3f tint, Chain& chain) const {
   chain.end = cell;
-  if (share != Vec3f{1, 1, 1})
-    chain.vertex[chain.count++] = {Vertex::kShare, scene::kNone, {share.x, share.y, share.z}};
+  if (tint != Vec3f{1, 1, 1})
+    chain.vertex[chain.count++] = {Vertex::kTint, scene::kNone, {tint.x, tint.y, tint.z}};
   const scene::Scene& scene = present_.scene;
-  const Vec3f own = scene.share_at(hit.primitive, hit.u, hit.v);
+  const Vec3f own = scene.tint_at(hit.primitive, hit.u, hit.v);
   // Keep the vertex even if something hides the light: it may move.
   const auto ask = [&](const OneLight& one) {
     Vertex& vertex = chain.vertex[chain.count];

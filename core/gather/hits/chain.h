@@ -84,19 +84,19 @@ class ChainTracer {
 
  private:
   /// Chooses a lobe for a hit. In one that is not diffuse, goes on: adds a vertex unless the ray
-  /// passes straight, and changes ray and share. Otherwise the share allows for that the ray might
+  /// passes straight, and changes ray and tint. Otherwise the tint allows for that the ray might
   /// have gone on.
   enum class Taken : uint8_t { diffuse, specular, straight, nothing };
   Taken take_lobe(const PathRandom& random, uint32_t step, const trace::Hit& hit, Vec3f& origin,
-                  Vec3f& w, Vec3f& share, Chain& chain) const;
-  /// Adds the vertex of a near hit, with its direct light and caustics. `share`: up to there, its
+                  Vec3f& w, Vec3f& tint, Chain& chain) const;
+  /// Adds the vertex of a near hit, with its direct light and caustics. `tint`: up to there, its
   /// own included.
   void touch(const Draw& draw, const direct::Receiver& at, const trace::Hit& hit, uint32_t cell,
-             Vec3f share, Chain& chain) const;
-  /// Sets the chain's end, and adds vertices: for the shares of the reflectance up to there,
+             Vec3f tint, Chain& chain) const;
+  /// Sets the chain's end, and adds vertices: for the tints of the reflectance up to there,
   /// and for the direct light of beams and suns at the end.
   void finish(const Draw& draw, const direct::Receiver& at, const trace::Hit& hit, uint32_t cell,
-              Vec3f share, Chain& chain) const;
+              Vec3f tint, Chain& chain) const;
 
   const Present& present_;
   const CellFinder& finder_;

@@ -79,7 +79,7 @@ void ChainPool::send(uint32_t number, const Paint& paint) {
   const std::span<const Vertex> own = vertices(number);
   uint32_t touched = 0;  // points before this one
   for (const Vertex& vertex : own) {
-    if (vertex.is_share()) {
+    if (vertex.is_tint()) {
       for (size_t c = 0; c < 3; ++c) out.through[c] *= vertex.direct[c];
       continue;
     }

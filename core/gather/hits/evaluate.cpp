@@ -162,7 +162,7 @@ Vec3d Evaluation::unseen(const GatherHits& hits, size_t sample) const {
                               : target;
     if (cell == kDark) continue;
     sum = sum +
-          Vec3d(surfaces::product(paint_.reflectance[cells_->material(cell)], cells_->share(cell)));
+          Vec3d(surfaces::product(paint_.reflectance[cells_->material(cell)], cells_->tint(cell)));
   }
   for (int c = 0; c < 3; ++c) {
     const double mean = std::min(sum[c] / double(targets.size()), kMostReflected);

@@ -111,7 +111,7 @@ class GatherHits::Caster {
     if (!chain.count) {
       if (far) return;
       // It passed surfaces straight, on which the result depends.
-      chain.vertex[chain.count++] = {Vertex::kShare, scene::kNone, {1, 1, 1}};
+      chain.vertex[chain.count++] = {Vertex::kTint, scene::kNone, {1, 1, 1}};
     }
     own.target = kChain;
     out.chained.push_back({chain.count, chain.end, chain.weight, chain.footprint});

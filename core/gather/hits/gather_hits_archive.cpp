@@ -52,11 +52,11 @@ void check(const Record& record, uint32_t cells) {
 }
 
 void check(const Vertex& vertex, const Present& present) {
-  if (vertex.is_share()) {
+  if (vertex.is_tint()) {
     if (vertex.light != scene::kNone) refuse(kVertices, "found a light where there is no point");
-    for (float share : vertex.direct)
-      if (!(share >= 0 && share <= Vertex::kMaxShare))
-        refuse(kVertices, "found a share no surface has");
+    for (float tint : vertex.direct)
+      if (!(tint >= 0 && tint <= Vertex::kMaxTint))
+        refuse(kVertices, "found a tint no surface has");
     return;
   }
   if (vertex.material_index() >= present.scene.materials.size())
@@ -202,13 +202,13 @@ void GatherHits::restore_samples(size_t first_sample, size_t last_sample, Archiv
     const Record record = records.next();
     check(record, cells);
     if (record.count > vertices.left()) refuse(kVertices, "is too short");
-    uint32_t shares = 0;
+    uint32_t tints = 0;
     for (uint32_t k = 0; k < record.count; ++k) {
       own[k] = vertices.next();
       check(own[k], present);
-      shares += own[k].is_share();
+      tints += own[k].is_tint();
     }
-    if (shares > 1) refuse(kVertices, "found a chain with shares in two places");
+    if (tints > 1) refuse(kVertices, "found a chain with tints in two places");
     target = kChain + chains_.add(std::span(own).first(record.count), record.end, record.weight,
                                   record.footprint);
   }

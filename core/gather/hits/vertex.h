@@ -19,18 +19,18 @@ struct Vertex {
   /// cell there sums. `light` is the cell, `direct` the factors on its irradiance by them.
   static constexpr uint32_t kCaustic = 0x20000000u;
   /// Value of `material`: this is no point; `direct` holds factors on light from beyond.
-  static constexpr uint32_t kShare = 0x40000000u;
+  static constexpr uint32_t kTint = 0x40000000u;
   /// Bound of such factors, so that sums stay finite; no scene comes near it.
-  static constexpr float kMaxShare = 1e6f;
+  static constexpr float kMaxTint = 1e6f;
   // Without initial values: a chain has room for many more vertices than it needs.
   uint32_t material;
   /// Or kNone: no light illuminates the point, even unshadowed.
   uint32_t light;
   /// Irradiance without dimming, times the weight of the chain up to this vertex, times
-  /// Scene::share_at() of this vertex and (not for those of the end) of all before it.
+  /// Scene::tint_at() of this vertex and (not for those of the end) of all before it.
   std::array<float, 3> direct;
   bool is_of_end() const { return material & kEnd; }
-  bool is_share() const { return material == kShare; }
+  bool is_tint() const { return material == kTint; }
   bool is_caustic() const { return material & kCaustic; }
   uint32_t material_index() const { return material & ~(kEnd | kCaustic); }
   /// The lamp that it asked; kNone: none.

@@ -7,7 +7,7 @@
 namespace deltalux::session {
 
 std::vector<double> choice_factors(const State& s) {
-  constexpr double kShare = 0.25;  // of the present light, that a dimmed group counts with
+  constexpr double kTint = 0.25;  // of the present light, that a dimmed group counts with
   const gather::CellSums& sums = s.cells.sums;
   std::vector<double> full(s.scene.group_count);  // landed power, undimmed
   double present = 0;
@@ -24,7 +24,7 @@ std::vector<double> choice_factors(const State& s) {
   std::vector<double> factors = s.group_factor;
   for (uint32_t group = 0; group < factors.size(); ++group) {
     if (factors[group] >= 1 || !(full[group] > 0)) continue;
-    const double raised = present > 0 ? std::min(1.0, kShare * present / full[group]) : 1.0;
+    const double raised = present > 0 ? std::min(1.0, kTint * present / full[group]) : 1.0;
     factors[group] = std::max(factors[group], raised);
   }
   return factors;

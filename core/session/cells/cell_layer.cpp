@@ -95,7 +95,7 @@ void CellLayer::digest(Lanes& lanes) const {
   lanes.chain(bits(division.metre()));
   for (uint32_t cell = 0; cell < division.size(); ++cell) {
     lanes.chain(bits(division.area(cell)) << 32 | division.material(cell));
-    lanes.chain(division.share(cell));
+    lanes.chain(division.tint(cell));
   }
   lanes.chain_all(sums.quanta);
   lanes.chain_all(coverage.covered());

@@ -29,9 +29,9 @@ constexpr const char* kCaustics = "gather.caustics";    // irradiance by cell, w
 bool is_sound(const gather::SeenGuides& seen, size_t guides, size_t beams) {
   if (seen.count > gather::kMaxUsed) return false;
   return std::all_of(seen.each.begin(), seen.each.begin() + seen.count, [&](const auto& own) {
-    const bool is_beam = own.guide >= gather::RayShares::kFirstBeam;
+    const bool is_beam = own.guide >= gather::RayAllotment::kFirstBeam;
     return own.share >= 0 && std::isfinite(own.share) &&
-           size_t(own.guide - (is_beam ? gather::RayShares::kFirstBeam : 0)) <
+           size_t(own.guide - (is_beam ? gather::RayAllotment::kFirstBeam : 0)) <
                (is_beam ? beams : guides);
   });
 }

@@ -64,10 +64,11 @@ void ImageLayer::follow(const gather::Evaluation& now, Progress& progress) {
         batch.seen = rays.guides_at(batch.receivers, batch.rays, part);
         const auto renew = [&](gather::Guiding& guiding, const gather::GatherHits& hits) {
           if (!hits.samples()) return;
-          std::vector<gather::RayShares> shares = rays.shares_of(batch.seen, hits.rays());
-          for (size_t i = 0; i < shares.size(); ++i)
-            own.samples[i] |= !(shares[i] == guiding.shares[i]);
-          guiding.shares = std::move(shares);
+          std::vector<gather::RayAllotment> allotments =
+              rays.allotments_of(batch.seen, hits.rays());
+          for (size_t i = 0; i < allotments.size(); ++i)
+            own.samples[i] |= !(allotments[i] == guiding.allotments[i]);
+          guiding.allotments = std::move(allotments);
         };
         renew(batch.pilot_guiding, batch.pilots);
         renew(batch.guiding, batch.hits);

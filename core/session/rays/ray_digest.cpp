@@ -36,7 +36,7 @@ void chain_hits(Lanes& lanes, const gather::GatherHits& hits) {
 
 void chain_guiding(Lanes& lanes, const gather::Guiding& guiding) {
   static_assert(sizeof(gather::Guide) % 4 == 0 && sizeof(gather::BeamGuide) % 4 == 0 &&
-                sizeof(gather::RayShares) % 4 == 0);
+                sizeof(gather::RayAllotment) % 4 == 0);
   const auto chain = [&lanes](const void* bytes, size_t size) {
     uint32_t word;
     for (size_t at = 0; at < size; at += sizeof word) {
@@ -49,7 +49,7 @@ void chain_guiding(Lanes& lanes, const gather::Guiding& guiding) {
   chain(guiding.suns.data(), guiding.suns.size() * sizeof(uint32_t));
   chain(&guiding.need, sizeof guiding.need);
   for (int8_t own : guiding.doublings) lanes.chain(uint64_t(own));
-  chain(guiding.shares.data(), guiding.shares.size() * sizeof(gather::RayShares));
+  chain(guiding.allotments.data(), guiding.allotments.size() * sizeof(gather::RayAllotment));
 }
 
 }  // namespace

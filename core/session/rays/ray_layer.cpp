@@ -69,26 +69,27 @@ std::vector<gather::SeenGuides> RayLayer::guides_of_samples(Progress& progress) 
   return guides_at(direct.receivers, world.options.gather_rays, progress);
 }
 
-gather::RayShares RayLayer::share(size_t sample) const {
-  return gather::share_rays(guides_at(direct.receivers[sample], world.options.gather_rays),
+gather::RayAllotment RayLayer::share(size_t sample) const {
+  return gather::allot_rays(guides_at(direct.receivers[sample], world.options.gather_rays),
                             hits.rays().count(sample));
 }
 
-std::vector<gather::RayShares> RayLayer::shares_of(std::span<const gather::SeenGuides> seen,
-                                                   const gather::RayCounts& rays) const {
-  std::vector<gather::RayShares> shares(seen.size());
-  for (size_t i = 0; i < shares.size(); ++i) shares[i] = gather::share_rays(seen[i], rays.count(i));
-  return shares;
+std::vector<gather::RayAllotment> RayLayer::allotments_of(std::span<const gather::SeenGuides> seen,
+                                                          const gather::RayCounts& rays) const {
+  std::vector<gather::RayAllotment> allotments(seen.size());
+  for (size_t i = 0; i < allotments.size(); ++i)
+    allotments[i] = gather::allot_rays(seen[i], rays.count(i));
+  return allotments;
 }
 
 gather::Guiding RayLayer::guiding_of(std::span<const gather::SeenGuides> seen,
                                      const gather::RayCounts& rays) const {
-  return {guiding.guides, guiding.beams, guiding.suns, {}, {}, shares_of(seen, rays)};
+  return {guiding.guides, guiding.beams, guiding.suns, {}, {}, allotments_of(seen, rays)};
 }
 
 gather::GatherHits RayLayer::uncast(std::span<const gather::SeenGuides> seen) {
   gather::GatherHits out({guiding.doublings, world.options.gather_rays}, world.options.seed);
-  guiding.shares = shares_of(seen, out.rays());
+  guiding.allotments = allotments_of(seen, out.rays());
   return out;
 }
 
@@ -110,10 +111,10 @@ void RayLayer::note_beams(gather::Change& change) {
   if (!beams.placed(change.scene)) return;
   world.workers.for_blocks(world.samples.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      if (change.samples[i]) continue;  // GatherHits::follow() recomputes the shares of these
-      const gather::RayShares own = share(i);
-      change.samples[i] = !(own == guiding.shares[i]);
-      guiding.shares[i] = own;
+      if (change.samples[i]) continue;  // GatherHits::follow() recomputes the allotments of these
+      const gather::RayAllotment own = share(i);
+      change.samples[i] = !(own == guiding.allotments[i]);
+      guiding.allotments[i] = own;
     }
   });
 }
@@ -126,7 +127,7 @@ void RayLayer::note(gather::Change& change) {
 
 gather::GatherHits::Cast RayLayer::follow(Progress& progress, const std::function<bool()>& more) {
   const auto renew = [&](size_t sample) {
-    if (!guiding.empty()) guiding.shares[sample] = share(sample);
+    if (!guiding.empty()) guiding.allotments[sample] = share(sample);
   };
   return hits.follow(present(), world.workers, progress, renew, more);
 }
@@ -156,7 +157,7 @@ void RayLayer::restore_choices(ArchiveSource& archive) {
 
 void RayLayer::restore(ArchiveSource& archive, Progress& progress) {
   place();
-  if (guiding.shares.empty())
+  if (guiding.allotments.empty())
     hits = uncast(guides_of_samples(progress));
   else
     hits = gather::GatherHits({guiding.doublings, world.options.gather_rays}, world.options.seed);

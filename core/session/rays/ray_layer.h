@@ -69,8 +69,8 @@ struct RayLayer {
                                             uint32_t rays, Progress& progress) const;
   std::vector<gather::SeenGuides> guides_of_samples(Progress& progress) const;
   /// How many rays of receivers aim at each of the guides that they see.
-  std::vector<gather::RayShares> shares_of(std::span<const gather::SeenGuides> seen,
-                                           const gather::RayCounts& rays) const;
+  std::vector<gather::RayAllotment> allotments_of(std::span<const gather::SeenGuides> seen,
+                                                  const gather::RayCounts& rays) const;
   /// The guides, with the shares of receivers that see these of them.
   gather::Guiding guiding_of(std::span<const gather::SeenGuides> seen,
                              const gather::RayCounts& rays) const;
@@ -104,7 +104,7 @@ struct RayLayer {
  private:
   gather::SeenGuides guides_at(const direct::Receiver& receiver, uint32_t rays) const;
   /// How the sample divides its rays among the guides that it sees.
-  gather::RayShares share(size_t sample) const;
+  gather::RayAllotment share(size_t sample) const;
   /// Marks samples whose shares change where beams were moved.
   void note_beams(gather::Change& change);
 };

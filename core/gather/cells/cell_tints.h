@@ -12,11 +12,11 @@ namespace deltalux::gather {
 /// Whether the reflectance of some of these triangles differs from point to point.
 bool any_varies(const scene::Scene& scene, std::span<const BodyCells::Triangle> triangles);
 
-/// Appends the mean of Scene::share_at() over each cell of a body, from points spread evenly over
+/// Appends the mean of Scene::tint_at() over each cell of a body, from points spread evenly over
 /// its triangles. `first_primitive`: that of the body; `edge`: edge length of its squares. A pure
 /// function of the triangles and their surfaces. Throws Cancelled.
-void add_cell_shares(const scene::Scene& scene, uint32_t first_primitive,
-                     std::span<const BodyCells::Triangle> triangles, const BodyCells& cells,
-                     float edge, const Progress& progress, std::vector<Vec3f>& out);
+void add_cell_tints(const scene::Scene& scene, uint32_t first_primitive,
+                    std::span<const BodyCells::Triangle> triangles, const BodyCells& cells,
+                    float edge, const Progress& progress, std::vector<Vec3f>& out);
 
 }  // namespace deltalux::gather

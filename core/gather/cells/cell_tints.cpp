@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Both sides of a triangle get the same points.
-#include "gather/cells/cell_shares.h"
+#include "gather/cells/cell_tints.h"
 
 #include <algorithm>
 #include <cmath>
@@ -25,9 +25,9 @@ bool any_varies(const scene::Scene& scene, std::span<const BodyCells::Triangle> 
                      [&](const BodyCells::Triangle& own) { return varies(scene, own); });
 }
 
-void add_cell_shares(const scene::Scene& scene, uint32_t first_primitive,
-                     std::span<const BodyCells::Triangle> triangles, const BodyCells& cells,
-                     float edge, const Progress& progress, std::vector<Vec3f>& out) {
+void add_cell_tints(const scene::Scene& scene, uint32_t first_primitive,
+                    std::span<const BodyCells::Triangle> triangles, const BodyCells& cells,
+                    float edge, const Progress& progress, std::vector<Vec3f>& out) {
   std::vector<Vec3d> sum(cells.size());
   std::vector<double> area(cells.size());
   uint64_t points = 0;
@@ -44,10 +44,10 @@ void add_cell_shares(const scene::Scene& scene, uint32_t first_primitive,
       if (++points % kCheck == 0) progress.check();
       float u = unit_float32(sobol::point(i, 0)), v = unit_float32(sobol::point(i, 1));
       if (u + v > 1) u = 1 - u, v = 1 - v;  // folds the square into the triangle
-      const Vec3d share(scene.share_at(first_primitive + t, u, v));
+      const Vec3d tint(scene.tint_at(first_primitive + t, u, v));
       for (const Vec3f& w : {-n, n}) {
         const uint32_t cell = cells.find(t, corner[0] + e * u + f * v, w);
-        if (cell != kNoCell) sum[cell] = sum[cell] + share * each, area[cell] += each;
+        if (cell != kNoCell) sum[cell] = sum[cell] + tint * each, area[cell] += each;
       }
     }
   }
