@@ -33,7 +33,6 @@ build: $(VENV)/package.stamp ## Build the package with all extras and install it
 demo: build ## Bake the bundled atrium, move its trolley, write pictures into demo-output
 	$(BIN)/deltalux demo -o $(OUT)
 
-test: export DELTALUX_THOROUGHNESS ?= 0.1
 test: test-setup ## Run the short C++ and Python tests, which show each promise
 	ctest --test-dir $(BUILD) --output-on-failure --no-tests=ignore -j $(JOBS) -LE slow
 	$(PYTEST) -m "not slow"

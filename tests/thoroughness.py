@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-SHARE = float(os.environ.get("DELTALUX_THOROUGHNESS", "0.2"))
+SHARE = float(os.environ.get("DELTALUX_THOROUGHNESS", "0.1"))
 
 
 def slow(*values: Any) -> Any:

@@ -193,10 +193,46 @@ TEST(Lobes, AGatherFindsWhatPathsBring) {
       mean[i % 3] += light.irradiance[i] * 3 / double(light.irradiance.size());
     return mean;
   };
-  for (const scene::Scene& scene : {room_with_mirrors(), room_with_panes()}) {
+  for (const scene::Scene& scene : {room_with_mirrors(), room_with_panes(), room_with_panes(1)}) {
     const auto by_paths = mean_of(scene, 0), gathered = mean_of(scene, 1024);
     for (size_t c = 0; c < 3; ++c) EXPECT_NEAR(gathered[c] / by_paths[c], 1, 0.02) << c;
   }
+}
+
+// A spot lights a wall's foot by a mirror alone: what gather rays find close to a sample beside it
+// is a caustic. Null hypothesis as above.
+TEST(Lobes, NearHitsReadCaustics) {
+  scene::Scene scene;
+  scene.materials = {{{0.8f, 0.8f, 0.8f}}, surfaces::mirror({1, 1, 1})};
+  scene::Object walls;
+  walls.name = "walls";
+  direct::add_quad(walls, {0, 0, 0}, {0, 0, 4}, {4, 0, 0}, 0);
+  direct::add_quad(walls, {0, 0, 0}, {0, 3, 0}, {0, 0, 4}, 0);
+  direct::add_quad(walls, {3, 0, 0}, {0, 0, 4}, {0, 3, 0}, 1);
+  scene.objects = {walls};
+  scene::PunctualLight spot;
+  spot.name = "spot";
+  spot.kind = &lights::kind_named("spot");
+  spot.position = {1.5, 1, 2};
+  spot.direction = {1, -0.15, 0};
+  spot.intensity = {1000, 1000, 1000};
+  spot.parameters = {0.005f, 0.01f};
+  scene.lights = {spot};
+  scene.finish();
+  const samples::SampleSet samples = on_floor(16, {0.02f, 0, 1.9f}, {0.001f, 0, 0.012f}, 0.01f);
+  const auto mean_of = [&](uint32_t rays) {
+    Options options;
+    options.paths = 2'000'000, options.gather_rays = rays, options.direct = DirectMode::sampled;
+    Session session(scene, samples, options);
+    Progress progress;
+    session.bake(progress);
+    double mean = 0;
+    for (const double own : read(session).irradiance) mean += own / (3.0 * 16);
+    return mean;
+  };
+  const double by_paths = mean_of(0);
+  EXPECT_GT(by_paths, 1);
+  EXPECT_NEAR(mean_of(1024) / by_paths, 1, 0.03);
 }
 
 /// Expects that each step of edits leaves what a recompute computes, also in parts.
