@@ -199,40 +199,53 @@ TEST(Lobes, AGatherFindsWhatPathsBring) {
   }
 }
 
-// A spot lights a wall's foot by a mirror alone: what gather rays find close to a sample beside it
-// is a caustic. Null hypothesis as above.
-TEST(Lobes, NearHitsReadCaustics) {
+/// A floor and a wall, which reflect most light. A spot lights the wall's foot by a mirror alone;
+/// or a lamp does, through a pane.
+scene::Scene foot_of_wall(bool by_mirror) {
   scene::Scene scene;
-  scene.materials = {{{0.8f, 0.8f, 0.8f}}, surfaces::mirror({1, 1, 1})};
+  scene.materials = {{{0.8f, 0.8f, 0.8f}}, surfaces::mirror({1, 1, 1}), surfaces::pane(0.4f)};
   scene::Object walls;
   walls.name = "walls";
   direct::add_quad(walls, {0, 0, 0}, {0, 0, 4}, {4, 0, 0}, 0);
   direct::add_quad(walls, {0, 0, 0}, {0, 3, 0}, {0, 0, 4}, 0);
-  direct::add_quad(walls, {3, 0, 0}, {0, 0, 4}, {0, 3, 0}, 1);
+  if (by_mirror) {
+    direct::add_quad(walls, {3, 0, 0}, {0, 0, 4}, {0, 3, 0}, 1);
+    scene::PunctualLight spot = lamp_at({1.5, 1, 2});
+    spot.kind = &lights::kind_named("spot");
+    spot.direction = {1, -0.15, 0};
+    spot.intensity = {1000, 1000, 1000};
+    spot.parameters = {0.005f, 0.01f};
+    scene.lights = {spot};
+  } else {
+    direct::add_quad(walls, {0.5f, 0, 0}, {0, 3, 0}, {0, 0, 4}, 2);
+    scene.lights = {lamp_at({1.5, 0.3, 2})};
+  }
   scene.objects = {walls};
-  scene::PunctualLight spot;
-  spot.name = "spot";
-  spot.kind = &lights::kind_named("spot");
-  spot.position = {1.5, 1, 2};
-  spot.direction = {1, -0.15, 0};
-  spot.intensity = {1000, 1000, 1000};
-  spot.parameters = {0.005f, 0.01f};
-  scene.lights = {spot};
   scene.finish();
-  const samples::SampleSet samples = on_floor(16, {0.02f, 0, 1.9f}, {0.001f, 0, 0.012f}, 0.01f);
-  const auto mean_of = [&](uint32_t rays) {
+  return scene;
+}
+
+// What gather rays find close to a sample beside the wall is a caustic, or light through the pane.
+// Null hypothesis: equal means; the ratio's standard error is 0.6 % and 1.9 % (four seeds), so that
+// 10 % is five of them. Without what near hits read there, it is 0.44; without the pane's
+// dimming, 1.9.
+TEST(Lobes, NearHitsReadCausticsAndWhatPasses) {
+  const samples::SampleSet samples = on_floor(16, {0.04f, 0, 1.7f}, {0.001f, 0, 0.04f}, 0.03f);
+  const auto mean_of = [&](bool by_mirror, uint32_t rays) {
     Options options;
     options.paths = 2'000'000, options.gather_rays = rays, options.direct = DirectMode::sampled;
-    Session session(scene, samples, options);
+    Session session(foot_of_wall(by_mirror), samples, options);
     Progress progress;
     session.bake(progress);
     double mean = 0;
     for (const double own : read(session).irradiance) mean += own / (3.0 * 16);
     return mean;
   };
-  const double by_paths = mean_of(0);
-  EXPECT_GT(by_paths, 1);
-  EXPECT_NEAR(mean_of(1024) / by_paths, 1, 0.03);
+  for (const bool by_mirror : {true, false}) {
+    const double by_paths = mean_of(by_mirror, 0);
+    EXPECT_GT(by_paths, 1);
+    EXPECT_NEAR(mean_of(by_mirror, 1024) / by_paths, 1, 0.1) << by_mirror;
+  }
 }
 
 /// Expects that each step of edits leaves what a recompute computes, also in parts.
