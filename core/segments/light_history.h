@@ -8,9 +8,8 @@
 namespace deltalux::segments {
 
 /// Direct light comes straight from a lamp, through whatever lets it pass (shadow rays may compute
-/// it). A caustic was sent on by
-/// specular lobes only: no gather ray finds its lamp, so that discs count it. Indirect light has
-/// met a diffuse lobe.
+/// it). A caustic was sent on by specular lobes only: no gather ray finds its lamp, so that discs
+/// count it. Indirect light has met a diffuse lobe.
 enum class LightHistory : uint8_t { direct, caustic, indirect };
 
 /// The history after one more surface.

@@ -2,6 +2,7 @@
 // How a path leaves the surface that it hit.
 #pragma once
 #include <algorithm>
+#include <cmath>
 
 #include "base/end_slack.h"
 #include "base/hemisphere.h"

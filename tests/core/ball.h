@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "samples/sample_set.h"
 #include "scene/scene.h"
 
 namespace deltalux {
@@ -31,6 +32,20 @@ inline scene::Object ball(int rings = 24) {
       if (i > 0) add(at(i, k), at(i + 1, k), at(i, k + 1));
       if (i + 1 < rings) add(at(i + 1, k), at(i + 1, k + 1), at(i, k + 1));
     }
+  return out;
+}
+
+/// Samples in the middle of every `step`-th triangle of a ball, which face the inside.
+inline samples::SampleSet inside(const scene::Object& ball, size_t step) {
+  samples::SampleSet out;
+  for (size_t t = 7; t < ball.triangles.size(); t += step) {
+    Vec3f sum{};
+    for (const uint32_t v : ball.triangles[t]) sum = sum + ball.vertices[v];
+    out.point.push_back(sum * (1.0f / 3));
+    out.normal.push_back(-normalize(sum));
+    out.attached.push_back(scene::kNone);
+    out.radius.push_back(0.05f);
+  }
   return out;
 }
 

@@ -57,16 +57,7 @@ TEST(Lobes, ABallIsLitAlikeWhateverItsLobes) {
       scene.objects = {ball(48)};
       scene.lights = {lamp_at({0, 0, 0})};
       scene.finish();
-      samples::SampleSet samples;
-      const scene::Object& object = scene.objects[0];
-      for (size_t t = 7; t < object.triangles.size(); t += 20) {
-        Vec3f sum{};
-        for (const uint32_t v : object.triangles[t]) sum = sum + object.vertices[v];
-        samples.point.push_back(sum * (1.0f / 3));
-        samples.normal.push_back(-normalize(sum));
-        samples.attached.push_back(scene::kNone);
-        samples.radius.push_back(0.05f);
-      }
+      const samples::SampleSet samples = inside(scene.objects[0], 20);
       Options options;
       options.paths = 60000, options.gather_rays = rays;
       Session session(scene, samples, options);

@@ -228,16 +228,7 @@ TEST(Surfaces, AStripedBallIsLitByTheMeanReflectance) {
   lamp.intensity = {1, 1, 1};
   scene.lights = {lamp};
   scene.finish();
-  samples::SampleSet samples;
-  const scene::Object& object = scene.objects[0];
-  for (size_t t = 7; t < object.triangles.size(); t += 5) {
-    Vec3f sum{};
-    for (const uint32_t v : object.triangles[t]) sum = sum + object.vertices[v];
-    samples.point.push_back(sum * (1.0f / 3));
-    samples.normal.push_back(-normalize(sum));
-    samples.attached.push_back(scene::kNone);
-    samples.radius.push_back(0.05f);
-  }
+  const samples::SampleSet samples = inside(scene.objects[0], 5);
   // Three quarters of a triangle are where the first coordinate is below a half.
   const Vec3d mean = Vec3d(Striped::kBright) * 0.75 + Vec3d(Striped::kDark) * 0.25;
   for (const uint32_t rays : {0u, 64u}) {

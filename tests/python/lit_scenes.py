@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import deltalux as dl
 import numpy as np
 from hypothesis import strategies as st
@@ -76,6 +78,15 @@ def edit_pools(session: dl.Session, kind: str, *values) -> None:
         session.update(budget_ms=0.01)
     else:
         session.move(kind, translation(*values))
+
+
+def follow_edits(session: dl.Session, edit: Callable[..., None], edits: list) -> None:
+    """Make these edits one by one; after those within a budget, what they leave waits for the next one."""
+    for one in edits:
+        edit(session, *one)
+        if one[0] != "budget":
+            session.update()
+    session.update()
 
 
 def sheets(*quads) -> tuple[np.ndarray, list]:

@@ -39,7 +39,7 @@ void each_of_few(const Visit& visit) {
 }  // namespace
 
 const char* BeamGuide::flaw(std::span<const trace::Light> lights) const {
-  constexpr float kMaxContrast = 1e12f;  // sums of allotments stay finite, whatever else is there
+  constexpr float kMaxContrast = 1e12f;  // sums of shares stay finite, whatever else is there
   if (light >= lights.size() || !Beam::is_narrow(lights[light])) return "a beam of no narrow spot";
   for (float value : {power, around})
     if (!(value > 0 && std::isfinite(value))) return "a beam's light that is not positive, finite";

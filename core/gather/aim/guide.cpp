@@ -74,7 +74,7 @@ void Guide::set_texels(const Texels& texel, bool known) {
 
 const char* Guide::flaw() const {
   constexpr float kMinHalf = 1e-12f;  // its square is not 0 in single precision
-  // sums of allotments stay finite, whatever other guides there are
+  // sums of shares stay finite, whatever other guides there are
   constexpr float kMaxContrast = 1e12f;
   for (int axis = 0; axis < 3; ++axis)
     if (!(std::fabs(centre[axis]) <= kFarthest)) return "a place that is not finite";

@@ -11,7 +11,6 @@
 #include "session/bake/choose_guides.h"
 #include "session/exchange/exchange.h"
 #include "session/flow/landings.h"
-#include "session/read/gradient.h"
 
 namespace deltalux::session {
 namespace {

@@ -18,7 +18,6 @@ Landings::Landings(State& state) : state_(state) {
   if (!state.gathers()) return;
   finder_.emplace(state.scene, state.cells.division);
   by_shadow_ray_ = state.rays.lights_by_shadow_ray();
-  caustics_ = state.has_caustics();
 }
 
 void Landings::note(segments::BounceSegments& stored, uint32_t slot) const {
@@ -51,8 +50,8 @@ void Landings::add(uint32_t bounce, std::span<const uint32_t> slots, int sign) c
           std::atomic_ref(sums.quanta[at + c])
               .fetch_add(sign * int64_t(segment.power[c]), std::memory_order_relaxed);
       };
-      add_to(caustics_ ? 2 * light.sums : light.sums);
-      if (caustics_ && history == segments::LightHistory::caustic) add_to(2 * light.sums + 1);
+      add_to(state_.cell_group(light.sums, false));
+      if (history == segments::LightHistory::caustic) add_to(state_.cell_group(light.sums, true));
       std::atomic_ref(sums.touched[cell]).store(1, std::memory_order_relaxed);
     }
   });

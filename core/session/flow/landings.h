@@ -33,7 +33,6 @@ class Landings {
   std::optional<gather::CellFinder> finder_;
   // Per light: 1 if its direct light at gather hits comes from shadow rays, not from cells.
   std::vector<uint8_t> by_shadow_ray_;
-  bool caustics_ = false;  // whether cells sum them apart, too
 };
 
 /// Subtracts from `quanta`, laid out as the cells' sums are, what `flights` brought from this

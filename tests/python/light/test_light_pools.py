@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from lit_scenes import POOL_EDITS as EDITS
 from lit_scenes import edit_pools as edit
-from lit_scenes import pools, pools_and_sconce, spot
+from lit_scenes import follow_edits, pools, pools_and_sconce, spot
 from oracles import world
 from rooms import box, translation
 from session_files import rewrite
@@ -76,11 +76,7 @@ def test_light_of_pools_is_right_wherever_they_move(fine_and_usual, moves):
 @settings(max_examples=examples(25), deadline=None)
 @given(edits=st.lists(EDITS, min_size=1, max_size=5))
 def test_updates_equal_recomputes(baked, edits):
-    for one in edits:
-        edit(baked, *one)
-        if one[0] != "budget":
-            baked.update()
-    baked.update()
+    follow_edits(baked, edit, edits)
     equals_recompute(baked)
 
 

@@ -9,7 +9,7 @@ import pytest
 from edit_sequences import equals_recompute
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from lit_scenes import DOWN, sheets, sunny_room
+from lit_scenes import DOWN, follow_edits, sheets, sunny_room
 from lit_scenes import SUN_EDITS as EDITS
 from lit_scenes import edit_sun as edit
 from oracles import world
@@ -65,11 +65,7 @@ def baked():
 @settings(max_examples=examples(40), deadline=None)
 @given(edits=st.lists(EDITS, min_size=1, max_size=5))
 def test_updates_equal_recomputes(baked, edits):
-    for one in edits:
-        edit(baked, *one)
-        if one[0] != "budget":
-            baked.update()
-    baked.update()
+    follow_edits(baked, edit, edits)
     equals_recompute(baked)
 
 
