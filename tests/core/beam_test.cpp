@@ -9,6 +9,7 @@
 
 #include "direct_world.h"
 #include "gather/aim/guide.h"
+#include "gather/choose/find_guides.h"
 #include "lights/kinds.h"
 #include "trace/scatter.h"
 
@@ -141,6 +142,35 @@ TEST(Beam, OfALampThatIsOffLandsNowhere) {
   dark.compute(*room.caster);
   EXPECT_FALSE(dark.point(0).valid());
   EXPECT_EQ(dark.share({1, 0.1f, 1}, {0, 1, 0}), 0);
+}
+
+TEST(FindBesidePools, KeepsGuidesWithLittleOfABeam) {
+  SpotRoom room;
+  const std::vector<BeamGuide> guides = {{0, 50, 1}};
+  const Beams beams(guides, room.scene, room.lights, *room.caster, {}, 7);
+  const Beam::Point& point = beams[0].point(Beam::number(0.3f, 0.6f));
+  ASSERT_TRUE(point.valid());
+  const auto at = [&](float half, Vec3f normal) {
+    Guide guide{};
+    guide.centre = point.at, guide.normal = normal, guide.half = half, guide.rise = 0.01f;
+    return guide;
+  };
+  const Guide little = at(0.02f, point.normal), pool = at(2, point.normal);
+  const Guide aslant = at(0.02f, {1, 0, 0});
+  const Guide beside = [&] {
+    Guide guide = little;
+    guide.centre.x += 2;
+    return guide;
+  }();
+  const std::vector<Guide> all = {pool, little, aslant, beside};
+  const std::vector<Guide> kept = find_beside_pools(all, beams, {});
+  ASSERT_EQ(kept.size(), 1u);
+  EXPECT_EQ(kept[0].half, little.half);
+  EXPECT_EQ(kept[0].normal, point.normal);
+  EXPECT_EQ(kept[0].centre, point.at);
+  const std::vector<Guide> known = {pool};
+  EXPECT_TRUE(find_beside_pools(all, beams, known).empty());
+  EXPECT_EQ(find_beside_pools(all, beams, std::vector{aslant}).size(), 1u);
 }
 
 }  // namespace

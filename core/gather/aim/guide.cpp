@@ -38,6 +38,14 @@ Vec3f Guide::point(float u, float v) const {
   return centre + turned({half * (2 * u - 1), half * (2 * v - 1), 0}, normal);
 }
 
+bool Guide::holds(Vec3f place) const {
+  Vec3f u, v;
+  tangent_frame(normal, u, v);
+  const Vec3f off = place - centre;
+  return std::fabs(dot(off, normal)) <= rise && std::fabs(dot(off, u)) <= half &&
+         std::fabs(dot(off, v)) <= half;
+}
+
 void Guide::set_texels(const Texels& texel, bool known) {
   // of a texel, relative to the mean: it may have light that its cell does not show
   constexpr double kMinChance = 0.05;

@@ -32,6 +32,8 @@ struct Guide {
 
   /// The point at (u, v) in [0, 1]²; its axes follow from the normal.
   Vec3f point(float u, float v) const;
+  /// Whether a place is in front of the square or behind it, no farther than its rise.
+  bool holds(Vec3f place) const;
   /// Why these data are invalid; null if they are valid.
   const char* flaw() const;
 };

@@ -26,6 +26,7 @@ constexpr int kMaxTried = 1024;   // places
 constexpr int kMaxLayers = 4;     // surfaces, one behind the other
 constexpr float kLittle = 0.25f;  // share of a guide
 constexpr uint32_t kPoints = 16;  // of a texel then
+constexpr uint32_t kBeside = Beam::kPoints / 10;  // points of a beam: from here on, it is its pool
 
 /// The distance from the first hit within which most bright hits beside it lie, plus a margin.
 template <class Beside>
@@ -138,6 +139,20 @@ void paint(Guide& guide, const Present& present, const Evaluation& evaluation,
   paint(guide, present, evaluation, finder, points);
 }
 
+/// The largest number of points that one of the beams has on the guide.
+uint32_t points_on(const Guide& guide, const Beams& beams) {
+  uint32_t most = 0;
+  for (size_t b = 0; b < beams.size(); ++b) {
+    uint32_t own = 0;
+    for (uint32_t k = 0; k < Beam::kPoints; ++k) {
+      const Beam::Point& point = beams[b].point(k);
+      own += point.valid() && dot(point.normal, guide.normal) > kAlike && guide.holds(point.at);
+    }
+    most = std::max(most, own);
+  }
+  return most;
+}
+
 }  // namespace
 
 std::vector<Guide> find_guides(const Present& present, const Evaluation& evaluation,
@@ -155,6 +170,22 @@ std::vector<Guide> find_guides(const Present& present, const Evaluation& evaluat
     if (!guide->flaw()) guides.push_back(*guide);
   }
   return guides;
+}
+
+std::vector<Guide> find_beside_pools(std::span<const Guide> all, const Beams& beams,
+                                     std::span<const Guide> known) {
+  std::vector<Guide> out;
+  for (const Guide& guide : all) {
+    const uint32_t points = points_on(guide, beams);
+    if (points > 0 && points < kBeside &&
+        std::none_of(
+            known.begin(), known.end(),
+            [&](const Guide& other) {
+              return dot(other.normal, guide.normal) > kAlike && other.holds(guide.centre);
+            }))
+      out.push_back(guide);
+  }
+  return out;
 }
 
 }  // namespace deltalux::gather

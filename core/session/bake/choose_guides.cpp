@@ -70,7 +70,9 @@ gather::Evaluation choose_guides(State& s, const FirstFlights& others, Progress&
   gather::Evaluation now = s.rays.evaluation(false);
   gather::BrightnessSurvey found = survey(now);
   auto beams = gather::find_beams(s.rays.present(), now, found, s.options.seed);
+  std::vector<gather::Guide> with_beams;  // guides, as if there were no beams
   if (!beams.empty()) {
+    with_beams = gather::find_guides(s.rays.present(), now, found, progress);
     now = choose([&] { s.rays.guiding.beams = std::move(beams); });
     found = survey(now);
   }
@@ -79,10 +81,12 @@ gather::Evaluation choose_guides(State& s, const FirstFlights& others, Progress&
   if (!suns.empty()) now = choose([&] { s.rays.guiding.suns = std::move(suns); });
   std::vector<gather::Guide>& guides = s.rays.guiding.guides;
   guides = gather::find_guides(s.rays.present(), now, found, progress);
-  const std::vector<gather::Guide> portals =
-      gather::find_portals(s.rays.present(), now, guides, s.options.seed, s.workers, progress);
-  guides.resize(std::min(guides.size(), gather::kMaxGuides - portals.size()));
-  guides.insert(guides.end(), portals.begin(), portals.end());
+  const auto append = [&](std::span<const gather::Guide> more) {
+    guides.resize(std::min(guides.size(), gather::kMaxGuides - more.size()));
+    guides.insert(guides.end(), more.begin(), more.end());
+  };
+  append(gather::find_beside_pools(with_beams, s.rays.beams, guides));
+  append(gather::find_portals(s.rays.present(), now, guides, s.options.seed, s.workers, progress));
   return now;
 }
 
