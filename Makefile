@@ -13,7 +13,7 @@ SOAK_MINUTES ?= 60
 BROWSER ?= chromium fonts-dejavu-core
 VALIDATOR := $(VENV)/node/node_modules/gltf-validator
 # The tests of a file share what they bake: one process runs them.
-PYTEST = $(BIN)/pytest -n $(JOBS) --dist loadfile
+PYTEST = $(BIN)/pytest -n $(JOBS) --dist worksteal
 
 CPP_FILES = $(shell git ls-files -co --exclude-standard '*.cpp' '*.h')
 SOURCES := $(shell find core bindings python -type f \

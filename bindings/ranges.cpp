@@ -89,7 +89,7 @@ session::FirstFlights to_flights(const Column<uint32_t>& lights, uint64_t cells,
   return flights;
 }
 
-constexpr size_t kSeenBytes = sizeof(gather::SeenGuides);
+constexpr size_t kSeenBytes = sizeof(gather::SeenTargets);
 using Seen = Rows<uint8_t, kSeenBytes>;
 
 /// Numbers of rays: guides seen, (n, kSeenBytes), and doublings, (n,).
@@ -102,7 +102,8 @@ nb::tuple to_tuple(session::RayNumbers&& numbers) {
 }
 
 session::RayNumbers to_ray_numbers(const Seen& seen, const Column<int8_t>& doublings) {
-  session::RayNumbers numbers{std::vector<gather::SeenGuides>(seen.shape(0)), to_vector(doublings)};
+  session::RayNumbers numbers{std::vector<gather::SeenTargets>(seen.shape(0)),
+                              to_vector(doublings)};
   if (seen.shape(0)) std::memcpy(numbers.seen.data(), seen.data(), seen.shape(0) * kSeenBytes);
   return numbers;
 }

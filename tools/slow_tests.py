@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes tests/slow.txt, the tests that `make test` leaves out, from what `pytest --durations=0` printed.
 
-    pytest -n 2 --dist loadfile --durations=0 --durations-min=0.3 > durations.txt
+    pytest -n 2 --dist worksteal --durations=0 --durations-min=0.3 > durations.txt
     python tools/slow_tests.py < durations.txt
 
 Files whose tests share much set-up are left out as a whole. Those of tests/promises.txt are run all the same.

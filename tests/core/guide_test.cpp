@@ -38,10 +38,11 @@ Vec3f random_direction(uint32_t i, uint64_t seed) {
 TEST(Guide, ChancesOfDirectionsAddUpToOne) {
   for (const Vec3f from : {Vec3f{0, 1, 0}, Vec3f{1.5f, 0.3f, 0.5f}, Vec3f{0.4f, 0.1f, -0.2f}}) {
     const Guide guide = ramp();
-    const Target target(guide, from);
+    const Square square(guide);
     double sum = 0;
     constexpr uint32_t kCount = 1 << 20;
-    for (uint32_t i = 0; i < kCount; ++i) sum += double(target.density(random_direction(i, 3)));
+    for (uint32_t i = 0; i < kCount; ++i)
+      sum += double(square.density(from, random_direction(i, 3)));
     // Uniform directions: 4 pi over pi. The last place is so close that few of them bring most.
     EXPECT_NEAR(4 * sum / kCount, 1, 0.02);
   }
@@ -68,7 +69,7 @@ TEST(Guide, WhatSquaresRuleOutHasNoDensity) {
     alignas(64) std::array<float, kMaxUsed> may;
     squares.may_meet(from, w, kMaxUsed, may);
     for (uint32_t g = 0; g < kMaxUsed; ++g) {
-      const bool is_dense = Target(guides[g], from).density(w) > 0;
+      const bool is_dense = Square(guides[g]).density(from, w) > 0;
       ruled_out += !(may[g] > 0), dense += is_dense;
       ASSERT_FALSE(is_dense && !(may[g] > 0)) << i << ", guide " << g;
     }
@@ -80,15 +81,15 @@ TEST(Guide, WhatSquaresRuleOutHasNoDensity) {
 TEST(Guide, DirectionsComeByTheirChances) {
   const Guide guide = ramp();
   const Vec3f from{1.5f, 0.6f, 0.5f};
-  const Target target(guide, from);
+  const Square square(guide);
   constexpr uint32_t kCount = 1 << 16;
   std::array<std::array<double, 4>, 4> found{}, expected{};
   Vec3f u, v;
   tangent_frame(guide.normal, u, v);
   for (uint32_t i = 0; i < kCount; ++i) {
     const auto r = sobol::sample(i, 7);
-    const Vec3f w = target.direction(r[0], r[1]);
-    ASSERT_GT(target.density(w), 0);
+    const Vec3f w = square.direction(from, r[0], r[1]);
+    ASSERT_GT(square.density(from, w), 0);
     const Vec3f off = from + w * (-from.y / w.y) - guide.centre;
     const auto place = [&](Vec3f axis) {
       return std::min(size_t(3), size_t(2 * (dot(off, axis) / guide.half + 1)));
@@ -129,8 +130,8 @@ TEST(Guide, DrawnDirectionsBringTheSameLightWithLessNoise) {
   constexpr uint32_t kCount = 1 << 18;
   double even = 0, even_squares = 0, drawn = 0, drawn_squares = 0;
   const Beams none;
-  const GuideColumns columns(guiding.guides);
-  const DirectionSampler turn(columns, none, from, n);
+  const Targets targets(guiding.guides, none);
+  const DirectionSampler turn(targets, from, n);
   for (uint32_t i = 0; i < kCount; ++i) {
     const auto r = sobol::sample(i, 5);
     const double a = light(from, cosine_direction(n, r[0], r[1]));
@@ -153,7 +154,7 @@ class GuidedRays : public testing::TestWithParam<uint32_t> {
     guiding_.guides = {ramp(), ramp({0.5f, 0, 0.5f}, 0.2f)};
     for (uint32_t i = 0; i < 500; ++i) {
       RayAllotment shares;
-      shares.guide = {0, 1};
+      shares.target = {0, 1};
       const uint16_t most = uint16_t(GetParam() / 16);
       shares.eighth = {uint16_t(i % 3 ? (most + 1) / 2 : 0), uint16_t(i % 2 ? most / 2 : 0)};
       guiding_.allotments.push_back(shares);
@@ -168,6 +169,7 @@ class GuidedRays : public testing::TestWithParam<uint32_t> {
 TEST_P(GuidedRays, EachPartBringsTheSameLight) {
   const uint32_t rays = GetParam();
   const Directions directions(rays, 3);
+  const Targets targets(guiding_.guides, none_);
   const auto part_of = [&](uint32_t ray) { return ((ray + 1) * kParts - 1) / rays; };
   double even = 0, part[kParts] = {}, all = 0;
   uint32_t count[kParts] = {};
@@ -177,7 +179,7 @@ TEST_P(GuidedRays, EachPartBringsTheSameLight) {
     even += light(from_, cosine_direction(n_, r[0], r[1])) / (1u << 18);
   }
   for (uint32_t sample = 0; sample < 500; ++sample) {
-    const SampleRays own(directions, guiding_, none_, sample, rays,
+    const SampleRays own(directions, guiding_.allotments, targets, sample, rays,
                          {from_, n_, scene::kNone, 0, sample});
     for (uint32_t ray = 0; ray < rays; ++ray) {
       const Vec3f w = own.aim(ray).w;
@@ -198,8 +200,9 @@ TEST_P(GuidedRays, EachPartBringsTheSameLight) {
 TEST_P(GuidedRays, TowardsABallAreAllFoundOnce) {
   const uint32_t rays = GetParam();
   const Directions directions(rays, 3);
+  const Targets targets(guiding_.guides, none_);
   for (uint32_t sample = 0; sample < 500; ++sample) {
-    const SampleRays own(directions, guiding_, none_, sample, rays,
+    const SampleRays own(directions, guiding_.allotments, targets, sample, rays,
                          {from_, n_, scene::kNone, 0, sample});
     const Vec3f centre = from_ + random_direction(sample, 6) * (3 * sobol::sample(sample, 8)[0]);
     const float radius = 0.02f + 0.5f * sobol::sample(sample, 8)[1];
@@ -235,15 +238,17 @@ struct UnderALid : direct::World {
 size_t with_rays(float open) {
   const UnderALid world(open);
   const std::vector<Guide> guides = {ramp({0, 0, 0}, 0.5f)};
+  const Beams none;
+  const Targets targets(guides, none);
   size_t count = 0;
   for (uint32_t key = 0; key < 500; ++key) {
     const direct::Receiver receiver{{0, 1, 0}, {0, -1, 0}, scene::kNone, 0, key};
-    count += see_guides(guides, {}, receiver, 256, *world.caster, 5).count > 0;
+    count += see_targets(targets, receiver, 256, *world.caster, 5).count > 0;
   }
   return count;
 }
 
-TEST(SeeGuides, AGuideInASlitIsFound) {
+TEST(SeeTargets, AGuideInASlitIsFound) {
   EXPECT_EQ(with_rays(0.5f), 500u);
   // About a twentieth of it is seen: 64 hits miss that once in 27 times, eight twice in three.
   EXPECT_GT(with_rays(0.015f), 460u);

@@ -210,7 +210,7 @@ struct Gathered {
     direct.compute(world.progress);
     rays.place();
     rays.guiding.doublings.assign(world.samples.size(), 0);
-    rays.hits = rays.uncast(rays.guides_of_samples(world.progress));
+    rays.hits = rays.uncast(rays.targets_of_samples(world.progress));
   }
   std::vector<double> light() {
     const gather::Evaluation now = rays.evaluation(false);
@@ -317,7 +317,7 @@ TEST(RayLayer, IsRestoredAsItWasSaved) {
   BakedWorld world(gathering(1));
   Gathered own(world), other(world);
   own.rays.guiding.doublings.assign(world.samples.size(), 1);
-  own.rays.hits = own.rays.uncast(own.rays.guides_of_samples(world.progress));
+  own.rays.hits = own.rays.uncast(own.rays.targets_of_samples(world.progress));
   own.rays.cast(world.progress);
   ArchiveView view;
   own.rays.save(view);

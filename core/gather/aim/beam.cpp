@@ -16,8 +16,6 @@ namespace {
 
 // versine (1 - cosine) of the half angle of the widest narrow spot: 45 degrees
 constexpr float kWidest = 0.3f;
-// relative to the distance: hits that are closer together count as the same
-constexpr float kSame = 1e-4f;
 constexpr uint32_t kStride = 8;  // every eighth point along each side represents its neighbours
 // share of the power that such a point represents
 constexpr float kShareOfPoint = kStride * kStride / float(Beam::kPoints);
@@ -46,25 +44,15 @@ const char* BeamGuide::flaw(std::span<const trace::Light> lights) const {
   return power / around <= kMaxContrast ? nullptr : "a beam too bright for its surroundings";
 }
 
-Vec3f Beam::Point::seen_from(Vec3f origin) const {
-  const Vec3f d = at - origin;
-  if (!valid() || !(dot(normal, d) < 0)) return {};
-  return normalize(d);
-}
-
-bool Beam::Point::is_met(Vec3f origin, Vec3f w, const trace::Hit& hit) const {
-  if (hit.primitive == primitive) return true;
-  const Vec3f off = origin + w * hit.t - at;
-  return dot(off, off) <= kSame * kSame * hit.t * hit.t;
-}
-
 bool Beam::is_narrow(const trace::Light& light) { return light.concentration <= kWidest; }
 
-Beam::Beam(const trace::Light& light, const BeamGuide& guide, float beyond, uint64_t seed)
+Beam::Beam(const trace::Light& light, const BeamGuide& guide, uint32_t number, float beyond,
+           uint64_t seed)
     : light_(light.punctual),
       on_(light.on),
       shape_(direct::shape_of(light, guide.light, seed)),
       guide_(guide),
+      number_(number),
       beyond_(beyond),
       per_solid_(float(1 / light_.kind->extent(light_))),
       key_(combine(mix64(seed ^ 0x6265616d21212121ull), guide.light)) {}
@@ -122,12 +110,12 @@ void Beam::find_middle(const trace::RayCaster& caster) {
   extent_ = std::sqrt(squared), rise_ = std::sqrt(along);
 }
 
-bool Beam::may_meet(Vec3f centre, float radius) const {
+bool Beam::may_reach(Vec3f centre, float radius) const {
   return light_.kind->may_reach(light_, centre, radius);
 }
 
-bool Beam::may_meet(const Box& box) const {
-  return !box.empty() && may_meet(box.centre(), 0.5001f * box.diagonal());
+bool Beam::may_reach(const Box& box) const {
+  return !box.empty() && may_reach(box.centre(), 0.5001f * box.diagonal());
 }
 
 bool Beam::update(const trace::RayCaster& caster, const trace::Change& change,
@@ -135,7 +123,7 @@ bool Beam::update(const trace::RayCaster& caster, const trace::Change& change,
   std::vector<Box> met;
   for (const trace::MovedObject& moved : change.objects)
     for (const Box& box : moved.passed)
-      if (may_meet(box)) met.push_back(box);
+      if (may_reach(box)) met.push_back(box);
   bool any = false;
   if (met.empty()) return any;
   for (uint32_t k = 0; k < kPoints; ++k) {
@@ -150,15 +138,14 @@ bool Beam::update(const trace::RayCaster& caster, const trace::Change& change,
   return any;
 }
 
-float Beam::density(Vec3f w, float t, const direct::Receiver& at, const trace::RayCaster& caster,
-                    bool& in_beam) const {
-  const float cosine = -dot(at.normal, w);
-  if (!(cosine > 0) || !is_unit(at.normal)) return 0;
-  const direct::LightShape::Glance ray = shape_->glance(at, 0, 0);
-  if (!(ray.irradiance > 0)) return 0;
+float Beam::density(const LandedRay& ray, bool& in_beam) const {
+  const float cosine = -dot(ray.at.normal, ray.w);
+  if (!(cosine > 0) || !is_unit(ray.at.normal)) return 0;
+  const direct::LightShape::Glance shadow = shape_->glance(ray.at, 0, 0);
+  if (!(shadow.irradiance > 0)) return 0;
   in_beam = true;
-  if (caster.occluded(ray.origin, ray.direction, ray.to)) return 0;
-  return kPi * per_solid_ * float(ray.irradiance) * t * t / cosine;
+  if (ray.caster.occluded(shadow.origin, shadow.direction, shadow.to)) return 0;
+  return kPi * per_solid_ * float(shadow.irradiance) * ray.t * ray.t / cosine;
 }
 
 float Beam::share(Vec3f from, Vec3f n) const {
@@ -186,7 +173,7 @@ float Beam::perhaps(Vec3f from, Vec3f n) const {
   return bounded(guide_.power * most / kPi);
 }
 
-Beam::Brought Beam::brought(Vec3f from, Vec3f n) const {
+Beam::Brought Beam::from_points(Vec3f from, Vec3f n) const {
   Brought out;
   for (size_t i = 0; i < few_.size(); ++i) {
     const Vec3f d = few_[i].at - from;
@@ -197,8 +184,13 @@ Beam::Brought Beam::brought(Vec3f from, Vec3f n) const {
     out.irradiance += irradiance, out.square += radiosity_[i] * irradiance;
   }
   out.irradiance = bounded(out.irradiance), out.square = bounded(out.square);
-  out.perhaps = kPerhaps * perhaps(from, n);
   return out;
+}
+
+Expected Beam::expected(Vec3f from, Vec3f n) const {
+  const Brought landing = from_points(from, n);
+  const float more = kPerhaps * perhaps(from, n);
+  return {landing.square + brightest_ * more, landing.irradiance + more, guide_.around};
 }
 
 float Beam::beside(Vec3f place) const {
@@ -210,19 +202,20 @@ float Beam::beside(Vec3f place) const {
   return bounded(sum / guide_.around);
 }
 
-bool Beam::sees(uint32_t k, const trace::RayCaster& caster, Vec3f from, Vec3f n,
-                const PathRandom& random) const {
-  if (few_.empty()) return false;
+void Beam::look(uint32_t k, const PathRandom& random, VisibilityTest& test, uint32_t& seen) const {
+  if (few_.empty()) return;
+  const Vec3f from = test.from(), n = test.normal();
   const Point& point = few_[size_t(random(k, 0) * float(few_.size()))];
   if (k % 2) {
     // Test a place on the light's way, where an object might be put.
     const Vec3f d = light_.position + (point.at - light_.position) * random(k, 1) - from;
-    return dot(d, n) > 0 && !caster.occluded_static(from, d, 1);
+    seen += dot(d, n) > 0 && !test.caster().occluded_static(from, d, 1);
+    return;
   }
   const Vec3f w = point.seen_from(from);
-  if (!(dot(w, n) > 0)) return false;
-  const trace::Hit hit = caster.closest_static(from, w);
-  return hit.valid() && point.is_met(from, w, hit);
+  if (!(dot(w, n) > 0)) return;
+  const trace::Hit hit = test.caster().closest_static(from, w);
+  seen += hit.valid() && point.is_met(from, w, hit);
 }
 
 }  // namespace deltalux::gather

@@ -8,6 +8,7 @@
 
 #include "base/random.h"
 #include "direct/light_shape.h"
+#include "gather/aim/target.h"
 #include "trace/change.h"
 #include "trace/ray_caster.h"
 
@@ -25,26 +26,16 @@ struct BeamGuide {
   const char* flaw(std::span<const trace::Light> lights) const;
 };
 
-/// Points spread over the light of one spot in proportion to its power. A pure function of the
-/// present scene.
-class Beam {
+/// Points spread over the light of one spot in proportion to its power, where it lands or leaves
+/// the scene. A pure function of the present scene.
+class Beam final : public Target {
  public:
   static constexpr uint32_t kSide = 64, kPoints = kSide * kSide;
-  /// A point where light of the spot lands.
-  struct Point {
-    /// Where the light leaves the scene, `at` lies outside of the world, and the normal is zero.
-    Vec3f at, normal;                   ///< the normal faces the lamp
-    uint32_t primitive = scene::kNone;  ///< kNone: the light leaves the scene
-    bool valid() const { return primitive != scene::kNone; }
-    /// The unit direction from `origin` to the point; zero if `origin` is behind the surface there.
-    Vec3f seen_from(Vec3f origin) const;
-    /// Whether the ray from `origin` along `w` hit this point.
-    bool is_met(Vec3f origin, Vec3f w, const trace::Hit& hit) const;
-    friend bool operator==(const Point&, const Point&) = default;
-  };
-  /// Only for lights for which is_narrow() holds. `beyond`: a distance from the lamp that is
-  /// outside of the world.
-  Beam(const trace::Light& light, const BeamGuide& guide, float beyond, uint64_t seed);
+  using Point = AimPoint;
+  /// Only for lights for which is_narrow() holds. `number`: among the scene's beams. `beyond`: a
+  /// distance from the lamp that is outside of the world.
+  Beam(const trace::Light& light, const BeamGuide& guide, uint32_t number, float beyond,
+       uint64_t seed);
   /// Whether the light is a spot of at most 45 degrees from axis to edge.
   static bool is_narrow(const trace::Light& light);
 
@@ -61,37 +52,34 @@ class Beam {
   static uint32_t number(float u, float v) {
     return uint32_t(v * kSide) * kSide + uint32_t(u * kSide);
   }
-  /// The probability density per solid angle with which a point is drawn in direction `w`, times
-  /// pi, for a ray that lands at distance `t`. `at`: where it lands, facing the ray. Sets `in_beam`
-  /// if the result depends on what stands between that place and the lamp.
-  float density(Vec3f w, float t, const direct::Receiver& at, const trace::RayCaster& caster,
-                bool& in_beam) const;
+  Aim aim(Vec3f from, float u, float v) const override {
+    const Point& point = points_[number(u, v)];
+    return {point.seen_from(from), &point};
+  }
+  float density(const LandedRay& ray, bool& in_beam) const override;
+  bool may_meet(Vec3f, Vec3f, float) const override { return true; }
+  bool has_points() const override { return true; }
+  size_t point_number(float u, float v) const override {
+    return size_t(number_) * kPoints + number(u, v);
+  }
 
   /// Whether the beam's light may reach a place in the ball; false only if none can.
-  bool may_meet(Vec3f centre, float radius) const;
-  bool may_meet(const Box& box) const;  ///< the same for a box
+  bool may_reach(Vec3f centre, float radius) const;
+  bool may_reach(const Box& box) const;  ///< the same for a box
 
-  // The following functions depend on the lamp and on static geometry only, so that few edits
-  // change sampling probabilities.
-  /// Approximately the beam's share of a receiver's indirect light, unshadowed, or the share that
-  /// it could have if something stood in the beam's way.
-  float share(Vec3f from, Vec3f n) const;
-  /// The same in more detail: `irradiance` from its points, and the mean `square` of what one
-  /// cosine-distributed ray brings.
-  struct Brought {
-    float irradiance = 0, square = 0;
-    float perhaps = 0;  ///< irradiance if something stood in the beam's way
-  };
-  Brought brought(Vec3f from, Vec3f n) const;
+  // The following functions depend on the lamp and on static geometry only.
+  /// Unshadowed; or what it could bring if something stood in the beam's way, if that is more.
+  float share(Vec3f from, Vec3f n) const override;
+  /// The same in more detail, what it could bring included.
+  Expected expected(Vec3f from, Vec3f n) const override;
+  /// Irradiance from where its light lands, unshadowed.
+  float brought(Vec3f from, Vec3f n) const { return from_points(from, n).irradiance; }
   /// How bright an object might become that was placed there: its irradiance from the light that
   /// the first landings reflect, relative to the irradiance of their surroundings.
   float beside(Vec3f place) const;
-  /// The largest radiosity where its light lands.
-  float brightest() const { return brightest_; }
-  /// The k-th visibility test: whether a receiver sees a place where the beam's light lands, or
-  /// might land. `random`: the receiver's random numbers.
-  bool sees(uint32_t k, const trace::RayCaster& caster, Vec3f from, Vec3f n,
-            const PathRandom& random) const;
+  /// Tests a place where the beam's light lands, or might land.
+  void look(uint32_t k, const PathRandom& random, VisibilityTest& test,
+            uint32_t& seen) const override;
 
  private:
   /// Direction of the k-th point, seen from the lamp.
@@ -102,11 +90,16 @@ class Beam {
   Point cast(const trace::RayCaster& caster, uint32_t k) const;
   void find_middle(const trace::RayCaster& caster);
   float perhaps(Vec3f from, Vec3f n) const;
+  struct Brought {
+    float irradiance = 0, square = 0;
+  };
+  Brought from_points(Vec3f from, Vec3f n) const;
 
   lights::Punctual light_;
   bool on_;
   std::shared_ptr<const direct::LightShape> shape_;
   BeamGuide guide_;
+  uint32_t number_;
   float beyond_;
   float per_solid_;  // probability density per solid angle where the spot is brightest
   uint64_t key_;

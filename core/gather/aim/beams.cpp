@@ -12,7 +12,8 @@ Beams::Beams(std::span<const BeamGuide> guides, const scene::Scene& scene,
     : seed_(seed) {
   if (guides.empty()) return;
   for (const BeamGuide& guide : guides) {
-    beams_.emplace_back(lights[guide.light], guide, scene.beyond(), seed).compute(caster);
+    const auto number = uint32_t(beams_.size());
+    beams_.emplace_back(lights[guide.light], guide, number, scene.beyond(), seed).compute(caster);
     lights_.resize(std::max(lights_.size(), size_t(guide.light) + 1));
     lights_[guide.light] = 1;
   }
@@ -31,7 +32,7 @@ void Beams::find_reach(const scene::Scene& scene, const Cells& cells,
   cells.each_landing(scene, objects, [&](uint32_t cell, const BodyCells::Ball& ball) {
     uint64_t reach = 0;
     for (size_t b = 0; b < beams_.size(); ++b)
-      reach |= uint64_t(beams_[b].may_meet(ball.centre, ball.radius)) << b;
+      reach |= uint64_t(beams_[b].may_reach(ball.centre, ball.radius)) << b;
     reach_[cell] = reach;
   });
 }
@@ -55,7 +56,7 @@ std::vector<uint8_t> Beams::update(const scene::Scene& scene, std::span<const tr
       any |= beams_[b].update(caster, change, points);
       continue;
     }
-    Beam placed(lights[lamp], beams_[b].guide(), scene.beyond(), seed_);
+    Beam placed(lights[lamp], beams_[b].guide(), uint32_t(b), scene.beyond(), seed_);
     placed.compute(caster);
     beams_[b] = std::move(placed);
     std::fill(points.begin(), points.end(), uint8_t(1));

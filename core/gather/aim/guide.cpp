@@ -103,25 +103,24 @@ const char* Guide::flaw() const {
   return nullptr;
 }
 
-Target::Target(const Guide& guide, Vec3f from) : guide_(&guide), to_centre_(guide.centre - from) {}
-
-Vec3f Target::direction(float u, float v) const {
+Vec3f Square::direction(Vec3f from, float u, float v) const {
   const Fall row = fall(guide_->row, v), column = fall(guide_->column[row.interval], u);
   const auto place = [&](const Fall& f) {
     return guide_->half * (2 * (float(f.interval) + f.within) / Guide::kSide - 1);
   };
   Vec3f along_row, along_column;
   tangent_frame(guide_->normal, along_row, along_column);
-  const Vec3f d = to_centre_ + along_row * place(column) + along_column * place(row);
+  const Vec3f d = guide_->centre - from + along_row * place(column) + along_column * place(row);
   const float distance = length(d);
   return distance > 0 ? d * (1 / distance) : Vec3f{};
 }
 
-float Target::density(Vec3f w) const {
+float Square::density(Vec3f from, Vec3f w) const {
+  const Vec3f to_centre = guide_->centre - from;
   const float along = dot(w, guide_->normal);
-  const float t = along != 0 ? dot(to_centre_, guide_->normal) / along : 0.0f;
+  const float t = along != 0 ? dot(to_centre, guide_->normal) / along : 0.0f;
   if (!(t > 0)) return 0;
-  const Vec3f off = w * t - to_centre_;
+  const Vec3f off = w * t - to_centre;
   const float half = guide_->half;
   // squared, in units of the half side; includes a margin for rounding
   constexpr float kCorner = 2.01f;
@@ -138,13 +137,33 @@ float Target::density(Vec3f w) const {
   return std::numbers::pi_v<float> * chance * t * t / (std::fabs(along) * texel * texel);
 }
 
-bool Target::may_meet(Vec3f to_ball, float radius) const {
-  const float distance = length(to_centre_);
+bool Square::may_meet(Vec3f from, Vec3f to_ball, float radius) const {
+  const Vec3f to_centre = guide_->centre - from;
+  const float distance = length(to_centre);
   const float around = 1.5f * guide_->half;  // a little more than the distance to the corners
   if (!(distance > around)) return true;
   const float sine = around / distance;
-  const Cone cone{to_centre_ * (1 / distance), std::sqrt(1 - sine * sine), sine};
+  const Cone cone{to_centre * (1 / distance), std::sqrt(1 - sine * sine), sine};
   return cone.may_meet(to_ball, radius);
+}
+
+Expected Square::expected(Vec3f from, Vec3f n) const {
+  const float view = share_of_view(*guide_, from, n);
+  return {guide_->brightest * guide_->brightest * view, guide_->radiosity * view, guide_->around};
+}
+
+float Square::share(Vec3f from, Vec3f n) const {
+  return guide_->radiosity / guide_->around * share_of_view(*guide_, from, n);
+}
+
+void Square::look(uint32_t k, const PathRandom& random, VisibilityTest& test,
+                  uint32_t& seen) const {
+  const Vec3f w = direction(test.from(), random(k, 0), random(k, 1));
+  if (!(dot(w, test.normal()) > 0)) return;
+  // Shorten the ray to where it comes close to the guide's plane.
+  const float along = dot(w, guide_->normal);
+  const float near = std::fabs(dot(guide_->centre - test.from(), guide_->normal)) - guide_->rise;
+  test.add(w * (std::max(near, 0.0f) / std::fabs(along)), seen);
 }
 
 }  // namespace deltalux::gather

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "base/vec.h"
+#include "gather/aim/target.h"
 
 namespace deltalux::gather {
 
@@ -38,23 +39,28 @@ struct Guide {
   const char* flaw() const;
 };
 
-/// A guide as seen from a point: sampling of directions towards it.
-class Target {
+/// The square of a guide.
+class Square final : public Target {
  public:
-  Target() = default;
   /// Keeps a reference to the guide.
-  Target(const Guide& guide, Vec3f from);
-  Target(const Guide&&, Vec3f) = delete;
-  /// A direction towards a texel, drawn by the texels' probabilities. `u`, `v`: random, in [0, 1).
-  Vec3f direction(float u, float v) const;
+  explicit Square(const Guide& guide) : guide_(&guide) {}
+  explicit Square(const Guide&&) = delete;
+  /// A direction towards a texel, drawn by the texels' probabilities.
+  Vec3f direction(Vec3f from, float u, float v) const;
   /// The probability density of direction() per solid angle, times pi.
-  float density(Vec3f w) const;
-  /// Whether a direction towards the guide may meet the ball; false only if none can.
-  bool may_meet(Vec3f to_centre, float radius) const;
+  float density(Vec3f from, Vec3f w) const;
+
+  Aim aim(Vec3f from, float u, float v) const override { return {direction(from, u, v)}; }
+  float density(const LandedRay& ray, bool&) const override { return density(ray.from, ray.w); }
+  bool may_meet(Vec3f from, Vec3f to_ball, float radius) const override;
+  Expected expected(Vec3f from, Vec3f n) const override;
+  float share(Vec3f from, Vec3f n) const override;
+  void look(uint32_t k, const PathRandom& random, VisibilityTest& test,
+            uint32_t& seen) const override;
+  const Guide* square() const override { return guide_; }
 
  private:
-  const Guide* guide_ = nullptr;
-  Vec3f to_centre_{};
+  const Guide* guide_;
 };
 
 inline constexpr uint32_t kMaxGuides = 64;
@@ -72,10 +78,12 @@ struct GuideSquares {
     normal_x[i] = guide.normal.x, normal_y[i] = guide.normal.y, normal_z[i] = guide.normal.z;
     half[i] = guide.half;
   }
-  /// For each of the first `count` guides: 0 only if Target::density() is 0; 1 for the others and
+  /// For each of the first `count` guides: 0 only if Square::density() is 0; 1 for the others and
   /// for a few more.
-  void may_meet(Vec3f from, Vec3f w, size_t count, std::array<float, N>& may) const {
-    // squared, in units of the half side; Target's value with a margin for rounding
+  template <size_t M>
+  void may_meet(Vec3f from, Vec3f w, size_t count, std::array<float, M>& may) const {
+    static_assert(M >= N);
+    // squared, in units of the half side; Square's value with a margin for rounding
     constexpr float kCorner = 2.02f;
     for (size_t i = 0; i < count; ++i) {
       const Vec3f c{x[i] - from.x, y[i] - from.y, z[i] - from.z};

@@ -27,10 +27,7 @@ static_assert(sizeof(Guide) == 4 * (11 + 33 * 33) && sizeof(BeamGuide) == 12 &&
 const char* flaw(const RayAllotment& allotments, uint32_t rays, size_t guides, size_t beams) {
   if (allotments.guided() > rays / (2 * kParts)) return "more guided rays than a sample has";
   for (size_t slot = 0; slot < kMaxUsed; ++slot) {
-    const size_t guide = allotments.guide[slot];
-    const bool is_beam = guide >= RayAllotment::kFirstBeam;
-    if (allotments.eighth[slot] &&
-        guide - (is_beam ? RayAllotment::kFirstBeam : 0) >= (is_beam ? beams : guides))
+    if (allotments.eighth[slot] && !Targets::has(allotments.target[slot], guides, beams))
       return "a guide that is not there";
   }
   return nullptr;

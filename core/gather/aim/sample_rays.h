@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gather rays of one sample: most are cosine-distributed, some go towards guides; and their
+// The gather rays of one sample: most are cosine-distributed, some go towards targets; and their
 // weights.
 #pragma once
 #include <array>
@@ -9,22 +9,20 @@
 
 #include "base/archive.h"
 #include "direct/light_shape.h"
-#include "gather/aim/beams.h"
 #include "gather/aim/directions.h"
-#include "gather/aim/guide.h"
 #include "gather/aim/ray_counts.h"
+#include "gather/aim/targets.h"
 #include "trace/ray_caster.h"
 
 namespace deltalux::gather {
 
 inline constexpr uint32_t kParts = 8;    // parts of a sample's rays, each an estimate by itself
-inline constexpr uint32_t kMaxUsed = 8;  // guides per sample, including beams
+inline constexpr uint32_t kMaxUsed = 8;  // targets per sample
 
-/// How many of a sample's rays go towards each guide, counted per part (an eighth) of the rays: all
-/// parts have the same numbers.
+/// How many of a sample's rays go towards each target (by Targets::number), counted per part (an
+/// eighth) of the rays: all parts have the same numbers.
 struct RayAllotment {
-  static constexpr uint16_t kFirstBeam = kMaxGuides;  ///< in `guide`: index of the first beam
-  std::array<uint16_t, kMaxUsed> guide{}, eighth{};
+  std::array<uint16_t, kMaxUsed> target{}, eighth{};
   /// Guided rays in one part.
   uint32_t guided() const {
     uint32_t sum = 0;
@@ -64,33 +62,23 @@ struct Guiding {
                uint32_t rays);
 };
 
-/// The guides (including beams) that a receiver sees, the noisiest first.
-struct SeenGuides {
+/// The targets that a receiver sees, the noisiest first.
+struct SeenTargets {
   struct Seen {
-    float share;  ///< the guide's light, relative to the receiver's
-    uint16_t guide;
+    float share;      ///< the target's light, relative to the receiver's
+    uint16_t target;  ///< by Targets::number
   };
   std::array<Seen, kMaxUsed> each{};
   uint32_t count = 0;
 };
 
-/// Finds the guides that a receiver sees. `rays`: the standard number. The result depends on the
+/// Finds the targets that a receiver sees. `rays`: the standard number. The result depends on the
 /// receiver, the lamps and static geometry only, so that few edits change it. Casts some hundred
 /// rays.
-SeenGuides see_guides(std::span<const Guide> guides, const Beams& beams,
-                      const direct::Receiver& receiver, uint32_t rays,
-                      const trace::RayCaster& caster, uint64_t seed);
+SeenTargets see_targets(const Targets& targets, const direct::Receiver& receiver, uint32_t rays,
+                        const trace::RayCaster& caster, uint64_t seed);
 /// How a receiver with `rays` rays divides them.
-RayAllotment allot_rays(const SeenGuides& seen, uint32_t rays);
-
-/// The direction of a ray.
-struct Aim {
-  Vec3f w{};  ///< unit; zero: the ray is not cast and brings nothing
-  /// the point that the ray must hit; otherwise it brings nothing
-  const Beam::Point* point = nullptr;
-  uint32_t guide =
-      scene::kNone;  ///< in a DirectionSampler: the guide that drew it; kNone: none did
-};
+RayAllotment allot_rays(const SeenTargets& seen, uint32_t rays);
 
 /// Weights of multiple importance sampling by the power heuristic (Veach & Guibas 1995). With the
 /// balance heuristic, the few cosine-distributed rays that hit a pool of light bring as much noise
@@ -118,8 +106,10 @@ class PowerHeuristic {
 /// The directions and weights of a sample's rays.
 class SampleRays {
  public:
-  SampleRays(const Directions& directions, const Guiding& guiding, const Beams& beams,
-             uint32_t sample, uint32_t rays, const direct::Receiver& receiver);
+  /// `allotments`: those of all samples, see Guiding.
+  SampleRays(const Directions& directions, std::span<const RayAllotment> allotments,
+             const Targets& targets, uint32_t sample, uint32_t rays,
+             const direct::Receiver& receiver);
   uint32_t count() const { return count_; }
   Vec3f origin() const { return origin_; }
   bool has_guides() const { return guided_ > 0; }
@@ -137,10 +127,10 @@ class SampleRays {
   template <class Visit>
   void each_moved(std::span<const uint8_t> moved_points, const Visit& visit) const {
     for (uint32_t slot = 0; slot < kMaxUsed; ++slot) {
-      if (!beam_[slot]) continue;
-      const size_t beam = allotment_.guide[slot] - RayAllotment::kFirstBeam;
+      if (!target_[slot] || !target_[slot]->has_points()) continue;
       each_of_slot(slot, [&](uint32_t ray, uint32_t number) {
-        if (moved_points[beam * Beam::kPoints + point_of(slot, number)]) visit(ray);
+        const auto [u, v] = directions_.point(key_, slot + 1, number);
+        if (moved_points[target_[slot]->point_number(u, v)]) visit(ray);
       });
     }
   }
@@ -153,7 +143,7 @@ class SampleRays {
     directions_.each_towards(key_, even, normal_, to_centre, radius,
                              [&](uint32_t number) { visit(ray_of_even(number)); });
     for (uint32_t slot = 0; slot < kMaxUsed; ++slot)
-      if (allotment_.eighth[slot] && (beam_[slot] || targets_[slot].may_meet(to_centre, radius)))
+      if (target_[slot] && target_[slot]->may_meet(origin_, to_centre, radius))
         each_of_slot(slot, [&](uint32_t ray, uint32_t) { visit(ray); });
   }
 
@@ -169,14 +159,9 @@ class SampleRays {
       for (uint32_t k = 0; k < allotment_.eighth[slot]; ++k)
         visit(end_of(part) - guided_ + before + k, part * allotment_.eighth[slot] + k);
   }
-  /// Index of the beam's point that a ray of the slot aims for.
-  uint32_t point_of(uint32_t slot, uint32_t number) const {
-    const auto [u, v] = directions_.point(key_, slot + 1, number);
-    return Beam::number(u, v);
-  }
   /// Index of the number-th cosine-distributed ray.
   uint32_t ray_of_even(uint32_t number) const;
-  /// The slot of the guide that a ray aims for, and its index within the slot. Slot kMaxUsed:
+  /// The slot of the target that a ray aims for, and its index within the slot. Slot kMaxUsed:
   /// cosine-distributed.
   std::pair<uint32_t, uint32_t> slot_of(uint32_t ray) const;
 
@@ -186,9 +171,8 @@ class SampleRays {
   Vec3f origin_, normal_;
   uint32_t guided_ = 0;  // guided rays in each part
   RayAllotment allotment_;
-  std::array<Target, kMaxUsed> targets_;
-  GuideSquares<kMaxUsed> squares_;            // of targets_
-  std::array<const Beam*, kMaxUsed> beam_{};  // by slot; null if the slot has a target
+  std::array<const Target*, kMaxUsed> target_{};  // by slot; null if the slot has no rays
+  GuideSquares<kMaxUsed> squares_;                // of those targets that are squares
 };
 
 }  // namespace deltalux::gather

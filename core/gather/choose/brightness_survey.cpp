@@ -48,7 +48,7 @@ PlaceHits hits_of(const Present& present, const Evaluation& evaluation, const Ce
   }
   // Add the light of beams, which cells do not hold.
   for (size_t b = 0; b < present.beams.size(); ++b)
-    all += kPilotRays * present.beams[b].brought(origin, receiver.normal).irradiance;
+    all += kPilotRays * present.beams[b].brought(origin, receiver.normal);
   if (!(all > 0)) return {};
   for (BrightHit& own : out) {
     own.weight = double(own.radiosity / all) * double(own.radiosity / all);

@@ -16,7 +16,7 @@ std::optional<BeamGuide> find_beam(const Present& present, const Evaluation& eva
                                    const CellFinder& finder, const BrightnessSurvey& survey,
                                    uint32_t light, uint64_t seed) {
   const lights::Punctual& lamp = present.lights[light].punctual;
-  Beam beam(present.lights[light], {light, 1, 1}, present.scene.beyond(), seed);
+  Beam beam(present.lights[light], {light, 1, 1}, 0, present.scene.beyond(), seed);
   beam.compute(present.caster);
   // By cell: a pool of light may be smaller than the cell that counts it.
   std::unordered_map<uint32_t, float> power;

@@ -115,10 +115,10 @@ double variance_of(const Eyes& eyes, const Guide& guide,
     const double around = double(looks[i].around);
     const Vec3f from = Eyes::origin(*receivers[i]), n = receivers[i]->normal;
     if (!(around > 0) || !(share_of_view(guide, from, n) > 0)) continue;
-    const Target target(guide, from);
+    const Square square(guide);
     const auto r = sobol::sample(uint32_t(i), eyes.seed);
-    const Vec3f w = target.direction(r[0], r[1]);
-    const float cosine = dot(w, n), density = target.density(w);
+    const Vec3f w = square.direction(from, r[0], r[1]);
+    const float cosine = dot(w, n), density = square.density(from, w);
     if (!(cosine > 0) || !(density > 0)) continue;
     const float to_plane = dot(guide.centre - from, guide.normal) / dot(w, guide.normal);
     const double share = double(eyes.radiosity(from, w, to_plane + guide.rise)) / around;
@@ -131,7 +131,7 @@ double variance_of(const Eyes& eyes, const Guide& guide,
 
 bool passes(std::span<const Guide> guides, Vec3f from, Vec3f w) {
   return std::any_of(guides.begin(), guides.end(),
-                     [&](const Guide& guide) { return Target(guide, from).density(w) > 0; });
+                     [&](const Guide& guide) { return Square(guide).density(from, w) > 0; });
 }
 
 std::vector<Guide> find_gaps(const Eyes& eyes, std::span<const direct::Receiver* const> receivers,

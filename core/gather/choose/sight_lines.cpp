@@ -25,7 +25,7 @@ constexpr float kBehind = 1.001f;  // distances: a ray that ends farther away ha
 bool is_known(std::span<const Guide> known, Vec3f from, Vec3f w, float t) {
   return std::any_of(known.begin(), known.end(), [&](const Guide& guide) {
     const float beyond = dot(from + w * t - guide.centre, guide.normal);
-    return std::fabs(beyond) <= guide.rise && Target(guide, from).density(w) > 0;
+    return std::fabs(beyond) <= guide.rise && Square(guide).density(from, w) > 0;
   });
 }
 

@@ -26,10 +26,11 @@ constexpr Vec3f kMaxTint{Vertex::kMaxTint, Vertex::kMaxTint, Vertex::kMaxTint};
 
 }  // namespace
 
-ChainTracer::ChainTracer(const Present& present, const CellFinder& finder, uint64_t seed)
+ChainTracer::ChainTracer(const Present& present, const CellFinder& finder, const Targets& targets,
+                         uint64_t seed)
     : present_(present),
       finder_(finder),
-      guides_(present.guiding.guides),
+      targets_(targets),
       one_light_(
           present.lights, [](uint32_t) { return true; }, present.scene.group_count, seed),
       one_beam_(
@@ -95,7 +96,7 @@ Chain ChainTracer::trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w,
       tint = min(surfaces::product(tint, scene.tint_at(hit.primitive, hit.u, hit.v)), kMaxTint);
       touch(draw(kLightU, kLightV), at, hit, cell, tint, chain);
       origin = trace::leave_surface(origin, w, hit, at.normal, at.plane);
-      sampler.emplace(guides_, present_.beams, origin, at.normal);
+      sampler.emplace(targets_, origin, at.normal);
       const Draw turned = draw(kTurnU, kTurnV);
       aim = sampler->draw(turned[0], turned[1], chain.in_beam);
       w = aim.w;

@@ -71,7 +71,9 @@ struct Chain {
 /// Traces chains through the present scene.
 class ChainTracer {
  public:
-  ChainTracer(const Present& present, const CellFinder& finder, uint64_t seed);
+  /// `targets`: those of `present`.
+  ChainTracer(const Present& present, const CellFinder& finder, const Targets& targets,
+              uint64_t seed);
   /// Continues from the first hit, in `cell`, which is near or has a lobe that is not diffuse.
   /// `key`: random key of the ray; `first`: random numbers for the light at that hit.
   Chain trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w, const trace::Hit& hit,
@@ -100,7 +102,7 @@ class ChainTracer {
 
   const Present& present_;
   const CellFinder& finder_;
-  GuideColumns guides_;
+  const Targets& targets_;
   OneLight one_light_, one_beam_, one_sun_;
   uint64_t seed_;
 };

@@ -49,13 +49,14 @@ class GatherHits::Caster {
       : hits_(hits),
         present_(present),
         finder_(present.scene, present.cells),
-        chains_(present, finder_, hits.seed_) {}
+        targets_(present.guiding.guides, present.beams),
+        chains_(present, finder_, targets_, hits.seed_) {}
 
   /// Whether the sample has no normal, so that it casts no rays.
   bool blind(size_t sample) const { return present_.receivers[sample].normal == Vec3f{}; }
   SampleRays rays(size_t sample) const {
-    return {hits_.directions_, present_.guiding,          present_.beams,
-            uint32_t(sample),  hits_.rays_.count(sample), present_.receivers[sample]};
+    return {hits_.directions_, present_.guiding.allotments, targets_,
+            uint32_t(sample),  hits_.rays_.count(sample),   present_.receivers[sample]};
   }
   /// Casts the given rays of a sample and appends what they met.
   void cast(const SampleRays& rays, size_t sample, std::span<const uint32_t> which,
@@ -122,6 +123,7 @@ class GatherHits::Caster {
   const GatherHits& hits_;
   const Present& present_;
   CellFinder finder_;
+  Targets targets_;
   ChainTracer chains_;
 };
 

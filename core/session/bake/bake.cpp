@@ -74,12 +74,12 @@ void gather_light(State& s, Progress& progress, bool new_guides, const FirstFlig
     const ChoiceLight choice(s, choice_factors(s));
     const gather::Evaluation now = choose_guides(s, others, progress);
     if (chosen) chosen();
-    const std::vector<gather::SeenGuides> seen = s.rays.guides_of_samples(progress);
+    const std::vector<gather::SeenTargets> seen = s.rays.targets_of_samples(progress);
     choose_rays(s, now, seen, progress);
     s.rays.hits = s.rays.uncast(seen);
   } else {
     s.rays.place();
-    s.rays.hits = s.rays.uncast(s.rays.guides_of_samples(progress));
+    s.rays.hits = s.rays.uncast(s.rays.targets_of_samples(progress));
   }
   s.rays.cast(progress);
 }

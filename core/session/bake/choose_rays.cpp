@@ -47,7 +47,7 @@ bool choose_need(State& s, const gather::Evaluation& now) {
   const std::vector<Vec3d> direct =
       irradiance_of(*s.direct.at(places, s.light_sampled), s.group_factor, 0, places.size());
   Progress part;
-  const std::vector<gather::SeenGuides> around = s.rays.guides_at(places, rays, part);
+  const std::vector<gather::SeenTargets> around = s.rays.targets_at(places, rays, part);
   s.rays.guiding.need =
       gather::RayNeed(pilots_of(s.rays, {places, around, direct}, rays, now), rays);
   return true;
@@ -75,7 +75,7 @@ void fit_rays(State& s) {
   s.rays.guiding.doublings.assign(s.direct.receivers.size(), 0);
 }
 
-void choose_rays(State& s, const gather::Evaluation& now, std::span<const gather::SeenGuides> seen,
+void choose_rays(State& s, const gather::Evaluation& now, std::span<const gather::SeenTargets> seen,
                  Progress& progress) {
   s.rays.guiding.doublings.assign(s.direct.receivers.size(), 0);
   if (!choose_need(s, now)) return;

@@ -15,6 +15,6 @@ bool choose_need(State& state, const gather::Evaluation& now);
 void fit_rays(State& state);
 /// All of it. `seen`: the guides seen by every sample. Throws Cancelled.
 void choose_rays(State& state, const gather::Evaluation& now,
-                 std::span<const gather::SeenGuides> seen, Progress& progress);
+                 std::span<const gather::SeenTargets> seen, Progress& progress);
 
 }  // namespace deltalux::session

@@ -25,14 +25,12 @@ constexpr const char* kCaustics = "gather.caustics";    // irradiance by cell, w
   throw OptionError("gather rays: found " + what + kSame);
 }
 
-/// Whether these may be guides that a receiver sees, of so many.
-bool is_sound(const gather::SeenGuides& seen, size_t guides, size_t beams) {
+/// Whether these may be targets that a receiver sees, of so many.
+bool is_sound(const gather::SeenTargets& seen, size_t guides, size_t beams) {
   if (seen.count > gather::kMaxUsed) return false;
   return std::all_of(seen.each.begin(), seen.each.begin() + seen.count, [&](const auto& own) {
-    const bool is_beam = own.guide >= gather::RayAllotment::kFirstBeam;
     return own.share >= 0 && std::isfinite(own.share) &&
-           size_t(own.guide - (is_beam ? gather::RayAllotment::kFirstBeam : 0)) <
-               (is_beam ? beams : guides);
+           gather::Targets::has(own.target, guides, beams);
   });
 }
 
@@ -212,7 +210,7 @@ RayNumbers Exchange::number_rays(size_t first, std::span<const Vec3d> direct,
       s, s.sharing.joined_factors.empty() ? s.group_factor : s.sharing.joined_factors);
   const std::span receivers = std::span(s.direct.receivers).subspan(first, direct.size());
   progress.begin("find noisy places", receivers.size());
-  RayNumbers out{s.rays.guides_at(receivers, s.options.gather_rays, progress),
+  RayNumbers out{s.rays.targets_at(receivers, s.options.gather_rays, progress),
                  std::vector<int8_t>(receivers.size())};
   if (needs_pilots(s.rays))
     out.doublings = piloted(s.rays, {receivers, out.seen, direct}, s.options.gather_rays,
@@ -230,7 +228,7 @@ void Exchange::take_numbers(RayNumbers numbers) {
   for (const int8_t own : numbers.doublings)
     if (own < gather::RayCounts::kMinDoublings || own > gather::RayCounts::kMaxDoublings)
       refuse("a number of rays that no sample has");
-  for (const gather::SeenGuides& seen : numbers.seen)
+  for (const gather::SeenTargets& seen : numbers.seen)
     if (!is_sound(seen, s.rays.guiding.guides.size(), s.rays.guiding.beams.size()))
       refuse("a guide that is not there");
   s.rays.guiding.doublings = std::move(numbers.doublings);

@@ -24,7 +24,7 @@ std::unique_ptr<KeptPlaces::Batch> ImageLayer::cast_from(std::vector<direct::Rec
                                                          uint32_t count,
                                                          const gather::Evaluation& now) const {
   Progress part;
-  std::vector<gather::SeenGuides> seen = rays.guides_at(receivers, count, part);
+  std::vector<gather::SeenTargets> seen = rays.targets_at(receivers, count, part);
   std::vector<int8_t> doublings(receivers.size());
   gather::Guiding pilot_guiding;
   gather::GatherHits pilots({}, world.options.seed);
@@ -61,7 +61,7 @@ void ImageLayer::follow(const gather::Evaluation& now, Progress& progress) {
       own.samples.assign(batch.receivers.size(), 0);
       if (rays.beams.placed(own.scene)) {
         Progress part;
-        batch.seen = rays.guides_at(batch.receivers, batch.rays, part);
+        batch.seen = rays.targets_at(batch.receivers, batch.rays, part);
         const auto renew = [&](gather::Guiding& guiding, const gather::GatherHits& hits) {
           if (!hits.samples()) return;
           std::vector<gather::RayAllotment> allotments =

@@ -15,7 +15,7 @@ constexpr size_t kBytesOfPlace = 64;  // approximate size of an entry of the has
 
 size_t KeptPlaces::Batch::bytes() const {
   return receivers.size() * (sizeof(direct::Receiver) + kBytesOfPlace + 1) +
-         seen.size() * sizeof(gather::SeenGuides) + pilot_guiding.bytes() + guiding.bytes() +
+         seen.size() * sizeof(gather::SeenTargets) + pilot_guiding.bytes() + guiding.bytes() +
          pilots.bytes() + hits.bytes();
 }
 

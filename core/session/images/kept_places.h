@@ -24,7 +24,7 @@ class KeptPlaces {
     uint32_t rays = 0;  ///< the standard number of rays per place
     std::vector<direct::Receiver> receivers;
     /// guides that each place sees; empty if there are no guides
-    std::vector<gather::SeenGuides> seen;
+    std::vector<gather::SeenTargets> seen;
     gather::Guiding pilot_guiding, guiding;
     /// `pilots` holds no places if ray counts do not depend on pilot rays.
     gather::GatherHits pilots, hits;

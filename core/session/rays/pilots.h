@@ -14,7 +14,7 @@ inline constexpr uint64_t kPilotSeed = 0x70696c6f74212121ull;
 /// their direct light.
 struct Places {
   std::span<const direct::Receiver> receivers;
-  std::span<const gather::SeenGuides> seen;
+  std::span<const gather::SeenTargets> seen;
   std::span<const Vec3d> direct;
 };
 

@@ -47,34 +47,33 @@ void RayLayer::place() {
   suns = gather::Suns(guiding.suns, world.lights);
 }
 
-gather::SeenGuides RayLayer::guides_at(const direct::Receiver& receiver, uint32_t rays) const {
-  return gather::see_guides(guiding.guides, beams, receiver, rays, *world.caster,
-                            world.options.seed);
-}
-
-std::vector<gather::SeenGuides> RayLayer::guides_at(std::span<const direct::Receiver> receivers,
-                                                    uint32_t rays, Progress& progress) const {
+std::vector<gather::SeenTargets> RayLayer::targets_at(std::span<const direct::Receiver> receivers,
+                                                      uint32_t rays, Progress& progress) const {
   if (guiding.empty()) return {};
-  std::vector<gather::SeenGuides> seen(receivers.size());
+  const gather::Targets targets(guiding.guides, beams);
+  std::vector<gather::SeenTargets> seen(receivers.size());
   world.workers.for_blocks(seen.size(), kGrain, [&](size_t begin, size_t end) {
     progress.check();
-    for (size_t i = begin; i < end; ++i) seen[i] = guides_at(receivers[i], rays);
+    for (size_t i = begin; i < end; ++i)
+      seen[i] = gather::see_targets(targets, receivers[i], rays, *world.caster, world.options.seed);
     progress.advance(end - begin);
   });
   return seen;
 }
 
-std::vector<gather::SeenGuides> RayLayer::guides_of_samples(Progress& progress) const {
+std::vector<gather::SeenTargets> RayLayer::targets_of_samples(Progress& progress) const {
   if (!guiding.empty()) progress.begin("share rays", direct.receivers.size());
-  return guides_at(direct.receivers, world.options.gather_rays, progress);
+  return targets_at(direct.receivers, world.options.gather_rays, progress);
 }
 
-gather::RayAllotment RayLayer::share(size_t sample) const {
-  return gather::allot_rays(guides_at(direct.receivers[sample], world.options.gather_rays),
-                            hits.rays().count(sample));
+gather::RayAllotment RayLayer::allotment(const gather::Targets& targets, size_t sample) const {
+  return gather::allot_rays(
+      gather::see_targets(targets, direct.receivers[sample], world.options.gather_rays,
+                          *world.caster, world.options.seed),
+      hits.rays().count(sample));
 }
 
-std::vector<gather::RayAllotment> RayLayer::allotments_of(std::span<const gather::SeenGuides> seen,
+std::vector<gather::RayAllotment> RayLayer::allotments_of(std::span<const gather::SeenTargets> seen,
                                                           const gather::RayCounts& rays) const {
   std::vector<gather::RayAllotment> allotments(seen.size());
   for (size_t i = 0; i < allotments.size(); ++i)
@@ -82,12 +81,12 @@ std::vector<gather::RayAllotment> RayLayer::allotments_of(std::span<const gather
   return allotments;
 }
 
-gather::Guiding RayLayer::guiding_of(std::span<const gather::SeenGuides> seen,
+gather::Guiding RayLayer::guiding_of(std::span<const gather::SeenTargets> seen,
                                      const gather::RayCounts& rays) const {
   return {guiding.guides, guiding.beams, guiding.suns, {}, {}, allotments_of(seen, rays)};
 }
 
-gather::GatherHits RayLayer::uncast(std::span<const gather::SeenGuides> seen) {
+gather::GatherHits RayLayer::uncast(std::span<const gather::SeenTargets> seen) {
   gather::GatherHits out({guiding.doublings, world.options.gather_rays}, world.options.seed);
   guiding.allotments = allotments_of(seen, out.rays());
   return out;
@@ -109,10 +108,11 @@ void RayLayer::note_beams(gather::Change& change) {
   change.points =
       beams.update(world.scene, world.lights, *world.caster, cells.division, change.scene);
   if (!beams.placed(change.scene)) return;
+  const gather::Targets targets(guiding.guides, beams);
   world.workers.for_blocks(world.samples.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       if (change.samples[i]) continue;  // GatherHits::follow() recomputes the allotments of these
-      const gather::RayAllotment own = share(i);
+      const gather::RayAllotment own = allotment(targets, i);
       change.samples[i] = !(own == guiding.allotments[i]);
       guiding.allotments[i] = own;
     }
@@ -126,8 +126,9 @@ void RayLayer::note(gather::Change& change) {
 }
 
 gather::GatherHits::Cast RayLayer::follow(Progress& progress, const std::function<bool()>& more) {
+  const gather::Targets targets(guiding.guides, beams);
   const auto renew = [&](size_t sample) {
-    if (!guiding.empty()) guiding.allotments[sample] = share(sample);
+    if (!guiding.empty()) guiding.allotments[sample] = allotment(targets, sample);
   };
   return hits.follow(present(), world.workers, progress, renew, more);
 }
@@ -158,7 +159,7 @@ void RayLayer::restore_choices(ArchiveSource& archive) {
 void RayLayer::restore(ArchiveSource& archive, Progress& progress) {
   place();
   if (guiding.allotments.empty())
-    hits = uncast(guides_of_samples(progress));
+    hits = uncast(targets_of_samples(progress));
   else
     hits = gather::GatherHits({guiding.doublings, world.options.gather_rays}, world.options.seed);
   hits.restore(archive, present(), world.workers, progress);

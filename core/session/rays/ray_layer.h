@@ -64,18 +64,18 @@ struct RayLayer {
 
   /// Places beams and suns in the present scene.
   void place();
-  /// The guides that receivers see, where `rays` is the standard number; empty if there are none.
-  std::vector<gather::SeenGuides> guides_at(std::span<const direct::Receiver> receivers,
-                                            uint32_t rays, Progress& progress) const;
-  std::vector<gather::SeenGuides> guides_of_samples(Progress& progress) const;
-  /// How many rays of receivers aim at each of the guides that they see.
-  std::vector<gather::RayAllotment> allotments_of(std::span<const gather::SeenGuides> seen,
+  /// The targets that receivers see, where `rays` is the standard number; empty if there are none.
+  std::vector<gather::SeenTargets> targets_at(std::span<const direct::Receiver> receivers,
+                                              uint32_t rays, Progress& progress) const;
+  std::vector<gather::SeenTargets> targets_of_samples(Progress& progress) const;
+  /// How many rays of receivers aim at each of the targets that they see.
+  std::vector<gather::RayAllotment> allotments_of(std::span<const gather::SeenTargets> seen,
                                                   const gather::RayCounts& rays) const;
-  /// The guides, with the shares of receivers that see these of them.
-  gather::Guiding guiding_of(std::span<const gather::SeenGuides> seen,
+  /// The guides, with the allotments of receivers that see these targets.
+  gather::Guiding guiding_of(std::span<const gather::SeenTargets> seen,
                              const gather::RayCounts& rays) const;
-  /// The hits of all samples before they are cast; shares their rays among the guides seen.
-  gather::GatherHits uncast(std::span<const gather::SeenGuides> seen);
+  /// The hits of all samples before they are cast; allots their rays to the targets seen.
+  gather::GatherHits uncast(std::span<const gather::SeenTargets> seen);
   /// Casts the rays of all samples. Throws Cancelled.
   void cast(Progress& progress);
   /// What rays of other receivers meet, ready to be read by `now`.
@@ -102,10 +102,9 @@ struct RayLayer {
   void restore(ArchiveSource& archive, Progress& progress);
 
  private:
-  gather::SeenGuides guides_at(const direct::Receiver& receiver, uint32_t rays) const;
-  /// How the sample divides its rays among the guides that it sees.
-  gather::RayAllotment share(size_t sample) const;
-  /// Marks samples whose shares change where beams were moved.
+  /// How the sample divides its rays among the targets that it sees.
+  gather::RayAllotment allotment(const gather::Targets& targets, size_t sample) const;
+  /// Marks samples whose allotments change where beams were moved.
   void note_beams(gather::Change& change);
 };
 

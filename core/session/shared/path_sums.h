@@ -52,7 +52,7 @@ struct SlopeSums {
 /// Of a range of the samples: how often each doubles the standard number of its gather rays, and
 /// the guides that it sees (empty if there are no guides).
 struct RayNumbers {
-  std::vector<gather::SeenGuides> seen;
+  std::vector<gather::SeenTargets> seen;
   std::vector<int8_t> doublings;
 };
 

@@ -247,7 +247,7 @@ def test_a_small_file_system_that_is_full_loses_nothing(baked, tmp_path):
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize(("kills", "exports", "least"), [(4, 0, 1), slow(8, 1, 3)])
+@pytest.mark.parametrize(("kills", "exports", "least"), [(4, 0, 1), slow(5, 1, 1)])
 def test_killed_writers_leave_whole_files(kills, exports, least):
     """The short form of the program; its 1,000 kills are in benchmarks/RESULTS.md."""
     ran = subprocess.run(

@@ -121,8 +121,8 @@ class CancelAt:
     ("stage", "paths", "spacing"),
     [
         slow("find affected paths", 1_500_000, 1.0),
-        slow("direct light", 150_000, 0.06),
-        slow("replace paths", 150_000, 0.06),
+        slow("direct light", 150_000, 0.1),
+        slow("replace paths", 150_000, 0.1),
         ("replace paths", 150_000, 0.2),
     ],
 )
