@@ -16,10 +16,10 @@ namespace deltalux::direct {
 namespace {
 
 /// Shapes of the given lights, by light; the others are empty.
-Shapes make_shapes(const Present& present, std::span<const uint32_t> lights, uint64_t seed,
+Shapes make_shapes(const Context& context, std::span<const uint32_t> lights, uint64_t seed,
                    double reference) {
-  Shapes shapes(present.lights.size());
-  for (uint32_t i : lights) shapes[i] = shape_of(present.lights[i], i, seed, reference);
+  Shapes shapes(context.lights.size());
+  for (uint32_t i : lights) shapes[i] = shape_of(context.lights[i], i, seed, reference);
   return shapes;
 }
 
@@ -30,10 +30,10 @@ struct DirectLight::Record {
   uint32_t light, sample;
   Weight weight;
   bool renewed;   // whether the fixed view has changed, too
-  uint32_t view;  // if so: its code, or an index into Found::partial
+  uint32_t view;  // if so: its code, or an index into BlockChanges::partial
 };
 /// The changes found in one block of receivers.
-struct DirectLight::Found {
+struct DirectLight::BlockChanges {
   std::vector<Record> records;
   std::vector<StoredView> partial;
 };
@@ -90,10 +90,10 @@ void DirectLight::check(std::span<const trace::Light> lights, std::span<const ui
                       " lights, expected " + std::to_string(lights.size()));
 }
 
-void DirectLight::check(const Present& present) const {
-  check(present.lights, present.sampled);
-  if (present.receivers.size() != samples_)
-    throw OptionError("direct light: found " + std::to_string(present.receivers.size()) +
+void DirectLight::check(const Context& context) const {
+  check(context.lights, context.sampled);
+  if (context.receivers.size() != samples_)
+    throw OptionError("direct light: found " + std::to_string(context.receivers.size()) +
                       " receivers, expected " + std::to_string(samples_));
 }
 
@@ -148,11 +148,11 @@ FixedView DirectLight::view_of(const Column& column, size_t sample) const {
   return partial_[code].view();
 }
 
-DirectLight::Weight DirectLight::weigh(const Present& present, const LightShape& shape,
+DirectLight::Weight DirectLight::weigh(const Context& context, const LightShape& shape,
                                        const Column& column, size_t sample, double open,
                                        const FixedView& view, std::span<const uint32_t> movables) {
   const Seen seen =
-      visible_share(present.caster, shape, present.receivers[sample], open, view, movables);
+      visible_share(context.caster, shape, context.receivers[sample], open, view, movables);
   DELTALUX_ASSERT(seen.share >= 0 && seen.share <= 1 + 1e-6 && open >= 0);
   const double quanta = open * shape.brightest() / column.quantum;
   return {std::llround(std::min(quanta * seen.share, kMaxWeight)),
@@ -174,31 +174,31 @@ void DirectLight::add_variance(uint32_t part, size_t begin, size_t end, double f
   }
 }
 
-void DirectLight::compute(const Present& present, const Workers& workers, Progress& progress) {
-  check(present);
+void DirectLight::compute(const Context& context, const Workers& workers, Progress& progress) {
+  check(context);
   DirectLight fresh(samples_, scales_, seed_);
-  fresh.append_columns(present.lights, present.sampled);
+  fresh.append_columns(context.lights, context.sampled);
   std::vector<uint32_t> chosen;
-  for (uint32_t i = 0; i < present.lights.size(); ++i)
-    if (present.sampled[i]) chosen.push_back(i);
-  const Shapes shapes = make_shapes(present, chosen, seed_, scales_.reference);
+  for (uint32_t i = 0; i < context.lights.size(); ++i)
+    if (context.sampled[i]) chosen.push_back(i);
+  const Shapes shapes = make_shapes(context, chosen, seed_, scales_.reference);
   std::vector<std::vector<StoredView>> partial(block_count(samples_));
   progress.begin("direct light", samples_);
   workers.for_blocks(samples_, kBlock, [&](size_t begin, size_t end) {
-    const ReceiverBlock block(present.receivers, begin, end);
+    const ReceiverBlock block(context.receivers, begin, end);
     std::vector<StoredView>& own = partial[begin / kBlock];
     for (size_t light = 0; light < shapes.size(); ++light) {
       if (!shapes[light]) continue;
-      Blockers blockers(present.caster, present.lights[light], block);
+      Blockers blockers(context.caster, context.lights[light], block);
       Column& column = fresh.columns_[light];
       for (size_t i = begin; i < end; ++i) {
         progress.check();
-        const Receiver& receiver = present.receivers[i];
+        const Receiver& receiver = context.receivers[i];
         const double open = shapes[light]->open(receiver);
         if (!(open > 0)) continue;
-        const FixedView view = fixed_view(present.caster, *shapes[light], receiver, open);
+        const FixedView view = fixed_view(context.caster, *shapes[light], receiver, open);
         fresh.set(column, i,
-                  weigh(present, *shapes[light], column, i, open, view, blockers.of(receiver)));
+                  weigh(context, *shapes[light], column, i, open, view, blockers.of(receiver)));
         column.view[i] = code_of(view.kind, own.size());
         if (view.kind == FixedView::Kind::partial) own.emplace_back(view);
       }
@@ -216,18 +216,18 @@ void DirectLight::compute(const Present& present, const Workers& workers, Progre
   *this = std::move(fresh);
 }
 
-void DirectLight::update(const Present& present, const DirectChange& change, const Workers& workers,
+void DirectLight::update(const Context& context, const DirectChange& change, const Workers& workers,
                          Progress& progress, double budget_ms) {
-  check(present);
+  check(context);
   const Stopwatch watch;
   const size_t old_columns = columns_.size(), old_parts = parts_.size();
   const uint64_t before = past_ + recent_.size();
   DirectChange latest = change;
-  std::vector<Found> found(block_count(samples_));
+  std::vector<BlockChanges> found(block_count(samples_));
   std::vector<uint32_t> lights;
   size_t done = 0;
   try {
-    append_columns(present.lights, present.sampled);
+    append_columns(context.lights, context.sampled);
     for (size_t i = old_columns; i < columns_.size(); ++i) {
       columns_[i].taken = before;
       latest.lights.push_back(uint32_t(i));
@@ -240,7 +240,7 @@ void DirectLight::update(const Present& present, const DirectChange& change, con
     progress.begin("direct light", samples_ * ((lights.size() + step - 1) / step));
     const auto in_time = [&] { return budget_ms <= 0 || watch.milliseconds() < budget_ms; };
     for (; done < lights.size() && (done == 0 || in_time()); done += step)
-      find_changes(present, outstanding, std::span(lights).subspan(done, step), workers, progress,
+      find_changes(context, outstanding, std::span(lights).subspan(done, step), workers, progress,
                    found);
     make_room(found);
   } catch (...) {
@@ -279,20 +279,20 @@ double DirectLight::current_share() const {
   return behind ? 1 - double(behind) / double(sampled) : 1.0;
 }
 
-void DirectLight::find_changes(const Present& present, const Outstanding& outstanding,
+void DirectLight::find_changes(const Context& context, const Outstanding& outstanding,
                                std::span<const uint32_t> lights, const Workers& workers,
-                               Progress& progress, std::vector<Found>& found) const {
-  const Shapes shapes = make_shapes(present, lights, seed_, scales_.reference);
+                               Progress& progress, std::vector<BlockChanges>& found) const {
+  const Shapes shapes = make_shapes(context, lights, seed_, scales_.reference);
   std::vector<std::vector<trace::ShadowVolume>> shadows(
       lights.size());  // of the changed objects' boxes
   for (size_t l = 0; l < lights.size(); ++l)
     for (const Box& box : outstanding.boxes(lights[l]))
-      shadows[l].emplace_back(present.lights[lights[l]], box, trace::shadow_slack(present.caster));
+      shadows[l].emplace_back(context.lights[lights[l]], box, trace::shadow_slack(context.caster));
 
   constexpr uint32_t kShadowed = 1, kRenewed = 2;
   workers.for_blocks(samples_, kBlock, [&](size_t begin, size_t end) {
-    const ReceiverBlock block(present.receivers, begin, end);
-    Found& own = found[begin / kBlock];
+    const ReceiverBlock block(context.receivers, begin, end);
+    BlockChanges& own = found[begin / kBlock];
     for (size_t l = 0; l < lights.size(); ++l) {
       progress.check();
       const uint32_t light = lights[l];
@@ -315,11 +315,11 @@ void DirectLight::find_changes(const Present& present, const Outstanding& outsta
         FixedView view = view_of(columns_[light], i);
         if (!renewed && view.kind != FixedView::Kind::open && view.kind != FixedView::Kind::partial)
           continue;
-        const double open = shapes[light]->open(present.receivers[i]);
-        if (renewed) view = fixed_view(present.caster, *shapes[light], present.receivers[i], open);
-        if (!blockers) blockers.emplace(present.caster, present.lights[light], block);
-        const Weight weight = weigh(present, *shapes[light], columns_[light], i, open, view,
-                                    blockers->of(present.receivers[i]));
+        const double open = shapes[light]->open(context.receivers[i]);
+        if (renewed) view = fixed_view(context.caster, *shapes[light], context.receivers[i], open);
+        if (!blockers) blockers.emplace(context.caster, context.lights[light], block);
+        const Weight weight = weigh(context, *shapes[light], columns_[light], i, open, view,
+                                    blockers->of(context.receivers[i]));
         if (!renewed && weight == weight_of(columns_[light], i)) continue;
         own.records.push_back(
             {light, uint32_t(i), weight, renewed, code_of(view.kind, own.partial.size())});
@@ -330,9 +330,9 @@ void DirectLight::find_changes(const Present& present, const Outstanding& outsta
   });
 }
 
-void DirectLight::make_room(const std::vector<Found>& found) {
+void DirectLight::make_room(const std::vector<BlockChanges>& found) {
   size_t fresh = 0, renewed = 0;
-  for (const Found& block : found) {
+  for (const BlockChanges& block : found) {
     fresh += block.partial.size();
     for (const Record& record : block.records) renewed += record.renewed;
   }
@@ -340,8 +340,8 @@ void DirectLight::make_room(const std::vector<Found>& found) {
   unused_.reserve(unused_.size() + renewed);
 }
 
-void DirectLight::commit(const std::vector<Found>& found) {
-  for (const Found& block : found)
+void DirectLight::commit(const std::vector<BlockChanges>& found) {
+  for (const BlockChanges& block : found)
     for (const Record& record : block.records) {
       Column& column = columns_[record.light];
       set(column, record.sample, record.weight);

@@ -20,8 +20,9 @@
 
 namespace deltalux::direct {
 
-/// The scene in its present state. Lights keep their indices; new lights are appended.
-struct Present {
+/// What direct light is computed from: the scene as it is now. Lights keep their indices; new lights
+/// are appended.
+struct Context {
   const trace::RayCaster& caster;
   std::span<const trace::Light> lights;
   std::span<const uint8_t> sampled;     ///< 1 for each light whose direct light is computed here
@@ -52,7 +53,7 @@ class DirectLight {
 
   /// Computes everything. Throws Cancelled (within milliseconds) and leaves the object as it was;
   /// so does update().
-  void compute(const Present& present, const Workers& workers, Progress& progress);
+  void compute(const Context& context, const Workers& workers, Progress& progress);
   /// Forgets all light: samples are dark until restore_samples() brings theirs.
   void clear(std::span<const trace::Light> lights, std::span<const uint8_t> sampled);
   /// Applies this change and any that lights still lag behind on. A receiver's visibility of a
@@ -60,7 +61,7 @@ class DirectLight {
   /// the receiver; against static geometry only if the light or the receiver itself changed. With
   /// `budget_ms` > 0, lights are updated in turn: at least one, and as many as fit the time; call
   /// with an empty change to update the next ones.
-  void update(const Present& present, const DirectChange& change, const Workers& workers,
+  void update(const Context& context, const DirectChange& change, const Workers& workers,
               Progress& progress, double budget_ms = 0);
   /// The share of the lights that are up to date, from 0 to 1.
   double current_share() const;
@@ -113,12 +114,12 @@ class DirectLight {
     friend bool operator==(const Weight&, const Weight&) = default;
   };
   struct Record;
-  struct Found;
+  struct BlockChanges;
   class Outstanding;
 
   /// Throws OptionError if sizes do not fit.
   static void check(std::span<const trace::Light> lights, std::span<const uint8_t> sampled);
-  void check(const Present& present) const;
+  void check(const Context& context) const;
   /// Appends empty columns of the lights that have none, and the sums that these need.
   void append_columns(std::span<const trace::Light> lights, std::span<const uint8_t> sampled);
   /// Drops the last columns and parts.
@@ -130,7 +131,7 @@ class DirectLight {
   Weight weight_of(const Column& column, size_t sample) const;
   FixedView view_of(const Column& column, size_t sample) const;
   /// Irradiance of the light's strongest channel.
-  static Weight weigh(const Present& present, const LightShape& shape, const Column& column,
+  static Weight weigh(const Context& context, const LightShape& shape, const Column& column,
                       size_t sample, double open, const FixedView& view,
                       std::span<const uint32_t> movables);
   /// Whether the light is up to date.
@@ -140,13 +141,13 @@ class DirectLight {
   /// The lights that are not up to date, beginning with the one whose turn it is.
   std::vector<uint32_t> waiting() const;
   /// Finds what outstanding changes alter for the given lights; changes nothing.
-  void find_changes(const Present& present, const Outstanding& outstanding,
+  void find_changes(const Context& context, const Outstanding& outstanding,
                     std::span<const uint32_t> lights, const Workers& workers, Progress& progress,
-                    std::vector<Found>& found) const;
+                    std::vector<BlockChanges>& found) const;
   // reserves memory, so that commit() cannot throw
-  void make_room(const std::vector<Found>& found);
+  void make_room(const std::vector<BlockChanges>& found);
   /// Applies the changes found.
-  void commit(const std::vector<Found>& found);
+  void commit(const std::vector<BlockChanges>& found);
   /// Drops changes that all lights have taken into account.
   void forget();
 

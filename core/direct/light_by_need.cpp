@@ -14,7 +14,7 @@ constexpr double kMuch = 0.25, kLittle = 0.01;  // of a receiver's direct light
 
 }  // namespace
 
-void light_by_need(const Present& present, std::span<const double> dim, uint64_t seed,
+void light_by_need(const Context& context, std::span<const double> dim, uint64_t seed,
                    const Workers& workers, Progress& progress, std::span<Vec3d> irradiance) {
   struct Lamp {
     std::unique_ptr<const LightShape> shape;
@@ -23,21 +23,21 @@ void light_by_need(const Present& present, std::span<const double> dim, uint64_t
     const trace::Light* light;
   };
   std::vector<Lamp> lamps;
-  for (uint32_t i = 0; i < present.lights.size(); ++i) {
-    const trace::Light& light = present.lights[i];
+  for (uint32_t i = 0; i < context.lights.size(); ++i) {
+    const trace::Light& light = context.lights[i];
     const Vec3d own = Vec3d(light.strength) * dim[i];
     const double brightness = own.x + own.y + own.z;
     if (light.on && brightness > 0)
       lamps.push_back({shape_of(light, i, seed), own, brightness, &light});
   }
-  workers.for_blocks(present.receivers.size(), kBlock, [&](size_t begin, size_t end) {
-    const ReceiverBlock block(present.receivers, begin, end);
+  workers.for_blocks(context.receivers.size(), kBlock, [&](size_t begin, size_t end) {
+    const ReceiverBlock block(context.receivers, begin, end);
     std::vector<Blockers> blockers;
-    for (const Lamp& lamp : lamps) blockers.emplace_back(present.caster, *lamp.light, block);
+    for (const Lamp& lamp : lamps) blockers.emplace_back(context.caster, *lamp.light, block);
     std::vector<std::pair<double, uint32_t>> order;
     for (size_t i = begin; i < end; ++i) {
       progress.check();
-      const Receiver& receiver = present.receivers[i];
+      const Receiver& receiver = context.receivers[i];
       const uint64_t key = place_key(receiver.point, receiver.normal);
       order.clear();
       double left = 0, found = 0;
@@ -58,10 +58,10 @@ void light_by_need(const Present& present, std::span<const double> dim, uint64_t
         const double open = lamp.shape->open(receiver);
         const double share =
             of_all > kMuch
-                ? visible_share(present.caster, *lamp.shape, receiver, open,
-                                fixed_view(present.caster, *lamp.shape, receiver, open), movables)
+                ? visible_share(context.caster, *lamp.shape, receiver, open,
+                                fixed_view(context.caster, *lamp.shape, receiver, open), movables)
                       .share
-                : coarse_share(present.caster, *lamp.shape, receiver, third, movables);
+                : coarse_share(context.caster, *lamp.shape, receiver, third, movables);
         if (!(share > 0)) continue;
         const double factor = share * open;
         sum = sum + lamp.strength * factor;

@@ -14,7 +14,7 @@ namespace deltalux::direct {
 /// light that contributes more than a quarter of the estimated total is sampled as in DirectLight;
 /// others with 36 rays, those below one per cent with 12. A pure function of place and scene.
 /// Throws Cancelled.
-void light_by_need(const Present& present, std::span<const double> dim, uint64_t seed,
+void light_by_need(const Context& context, std::span<const double> dim, uint64_t seed,
                    const Workers& workers, Progress& progress, std::span<Vec3d> irradiance);
 
 }  // namespace deltalux::direct

@@ -89,8 +89,8 @@ class Scene {
     return primitive_[primitive].material;
   }
   /// The point with barycentrics u and v on a primitive, with what its surface reads of it.
-  surfaces::Point point_on(uint32_t primitive, float u, float v) const {
-    surfaces::Point at{u, v, {}};
+  surfaces::SurfacePoint point_on(uint32_t primitive, float u, float v) const {
+    surfaces::SurfacePoint at{u, v, {}};
     if (material_of(primitive).kind->reads() == surfaces::Reads::texture)
       at.texture = texture_at(primitive, u, v);
     return at;

@@ -12,7 +12,7 @@ class Diffuse final : public Lambertian {
   const char* flaw(std::span<const float> parameters) const override {
     return parameters.empty() ? nullptr : "parameters, which a diffuse surface has none of";
   }
-  Vec3f tint(const Surface&, const Point&) const override { return {1, 1, 1}; }
+  Vec3f tint(const Surface&, const SurfacePoint&) const override { return {1, 1, 1}; }
   Vec3f max_tint(const Surface&) const override { return {1, 1, 1}; }
 };
 

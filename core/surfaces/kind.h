@@ -23,7 +23,7 @@ constexpr Vec3f product(Vec3f a, Vec3f b) { return {a.x * b.x, a.y * b.y, a.z * 
 const Kind& diffuse();
 
 /// A point of a triangle.
-struct Point {
+struct SurfacePoint {
   /// Barycentrics: the point is corner 0 + u (corner 1 - corner 0) + v (corner 2 - corner 0).
   float u = 0, v = 0;
   /// Texture coordinates; only set for kinds that read them.
@@ -48,7 +48,7 @@ struct Surface {
   /// Whether nothing passes it straight, at none of its points.
   bool stops_all() const;
   /// The diffuse reflectance at a point, in [0, 1].
-  Vec3f diffuse_at(const Point& at) const;
+  Vec3f diffuse_at(const SurfacePoint& at) const;
   /// Whether its reflectance could be `mean`: whether it would then exceed 1 nowhere.
   bool admits(Vec3f mean) const;
 };
@@ -79,7 +79,7 @@ class BounceRandom {
 struct Arrival {
   Vec3f direction;  ///< unit
   Vec3f normal;     ///< geometric normal; its side follows the winding; not normalised
-  Point at;
+  SurfacePoint at;
 };
 
 /// The same path after a surface has scattered it.
@@ -116,11 +116,11 @@ class Kind {
   virtual bool is_opaque(const Surface& surface) const = 0;
   /// Whether this point stops rays, of light and of all who ask for it; else they pass straight
   /// through. Not asked if the surface is opaque.
-  virtual bool stops(const Surface& surface, const Point& at) const = 0;
+  virtual bool stops(const Surface& surface, const SurfacePoint& at) const = 0;
 
   /// The diffuse reflectance at a point, relative to the surface's mean. Not asked unless
   /// Surface::varies(): it is 1 then.
-  virtual Vec3f tint(const Surface& surface, const Point& at) const = 0;
+  virtual Vec3f tint(const Surface& surface, const SurfacePoint& at) const = 0;
   /// Upper bound of all that any point reflects, in whatever lobe, relative to the surface's mean.
   virtual Vec3f max_tint(const Surface& surface) const = 0;
 
@@ -164,7 +164,7 @@ inline bool Surface::has_lobes() const {
 
 inline bool Surface::stops_all() const { return kind->is_opaque(*this) && !kind->transmits(*this); }
 
-inline Vec3f Surface::diffuse_at(const Point& at) const {
+inline Vec3f Surface::diffuse_at(const SurfacePoint& at) const {
   if (!varies()) return reflectance;
   return min(product(reflectance, kind->tint(*this, at)), Vec3f{1, 1, 1});
 }

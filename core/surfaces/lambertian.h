@@ -9,7 +9,7 @@ namespace deltalux::surfaces {
 class Lambertian : public Kind {
  public:
   bool is_opaque(const Surface&) const override { return true; }
-  bool stops(const Surface&, const Point&) const override { return true; }
+  bool stops(const Surface&, const SurfacePoint&) const override { return true; }
   bool scatter(const Surface& surface, const Arrival& arrival, const BounceRandom& random,
                Departure& out) const final;
   Vec3d max_throughput(const Surface& surface) const final;

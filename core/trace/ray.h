@@ -15,7 +15,7 @@ struct Hit {
   float t = std::numeric_limits<float>::infinity();
   uint32_t primitive = scene::kNone;  ///< in the numbering of Scene
   Vec3f normal{};      ///< geometric normal; its side follows the winding; not normalised
-  float u = 0, v = 0;  ///< barycentrics, see surfaces::Point
+  float u = 0, v = 0;  ///< barycentrics, see surfaces::SurfacePoint
   bool valid() const { return primitive != scene::kNone; }
 };
 

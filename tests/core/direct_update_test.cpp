@@ -175,7 +175,7 @@ void expect_compute_after_every_edit(uint32_t first_seed, uint32_t end_seed) {
       DirectChange change;
       for (uint32_t k = 0; k < 1 + random() % 2; ++k) room.random_edit(random, change);
       if (step == 4) room.insert(random, change);
-      direct.update(room.present(), change, Workers(1), room.progress);
+      direct.update(room.context(), change, Workers(1), room.progress);
       ASSERT_EQ(sums_of(direct), sums_of(room.compute())) << "seed " << seed << ", step " << step;
       changed += before != sums_of(direct);
     }
@@ -184,7 +184,7 @@ void expect_compute_after_every_edit(uint32_t first_seed, uint32_t end_seed) {
     DirectChange back;
     for (uint32_t object = 1; object < room.scene.objects.size(); ++object)
       room.edit(object, {}, object < 4, back);
-    direct.update(room.present(), back, Workers(1), room.progress);
+    direct.update(room.context(), back, Workers(1), room.progress);
     ASSERT_EQ(sums_of(direct), first);
   }
 }
@@ -205,7 +205,7 @@ void expect_turns_under_a_budget(uint32_t first_seed, uint32_t end_seed) {
       if (random() % 4) room.random_edit(random, change);
       if (step == 7 || step == 8) room.insert(random, change);
       // A billionth of a millisecond: one light at a time.
-      direct.update(room.present(), change, Workers(1), room.progress, random() % 8 ? 1e-9 : 0);
+      direct.update(room.context(), change, Workers(1), room.progress, random() % 8 ? 1e-9 : 0);
       if (direct.current_share() == 1)
         ASSERT_EQ(sums_of(direct), sums_of(room.compute())) << "seed " << seed << ", step " << step;
       else
@@ -225,7 +225,7 @@ void expect_turns_under_a_budget(uint32_t first_seed, uint32_t end_seed) {
     // Every light has its turn within as many updates as there are lights.
     size_t calls = 0;
     for (; direct.current_share() < 1; ++calls)
-      direct.update(room.present(), {}, Workers(1), room.progress, 1e-9);
+      direct.update(room.context(), {}, Workers(1), room.progress, 1e-9);
     EXPECT_LE(calls, room.lights.size());
     ASSERT_EQ(sums_of(direct), sums_of(room.compute())) << "seed " << seed;
   }
@@ -247,7 +247,7 @@ TEST(DirectUpdate, EveryLightHasItsTurnWhileChangesGoOn) {
     const std::vector<int64_t> wanted = sums_of(room.compute());
     for (size_t k = 0; k < room.lights.size(); ++k) {
       ASSERT_NE(sums_of(direct), wanted);
-      direct.update(room.present(), change, Workers(1), room.progress, 1e-9);
+      direct.update(room.context(), change, Workers(1), room.progress, 1e-9);
       ASSERT_LT(direct.current_share(), 1);
       change = {{}, {}, {0}};  // named again and again, but the same
     }
@@ -263,8 +263,8 @@ TEST(DirectUpdate, ThreadsDoNotMatter) {
   for (int step = 0; step < 3; ++step) {
     DirectChange change;
     room.random_edit(random, change);
-    one.update(room.present(), change, Workers(1), room.progress);
-    two.update(room.present(), change, Workers(2), room.progress);
+    one.update(room.context(), change, Workers(1), room.progress);
+    two.update(room.context(), change, Workers(2), room.progress);
     ASSERT_EQ(sums_of(one), sums_of(two));
   }
 }
@@ -310,9 +310,9 @@ TEST(DirectUpdate, CancelLeavesEverythingAsItWas) {
     });
     const auto call = [&] {
       if (kind == 0)
-        direct.update(room.present(), change, Workers(1), progress);
+        direct.update(room.context(), change, Workers(1), progress);
       else
-        direct.compute(room.present(), Workers(2), progress);
+        direct.compute(room.context(), Workers(2), progress);
     };
     EXPECT_THROW(call(), Cancelled);
     finished = true;
@@ -321,7 +321,7 @@ TEST(DirectUpdate, CancelLeavesEverythingAsItWas) {
     ASSERT_EQ(direct.current_share(), 1);
     ASSERT_EQ(direct.bytes(), bytes);
   }
-  direct.update(room.present(), change, Workers(1), room.progress);
+  direct.update(room.context(), change, Workers(1), room.progress);
   EXPECT_EQ(sums_of(direct), sums_of(room.compute()));
 }
 
@@ -333,7 +333,7 @@ TEST(DirectUpdate, MemoryDoesNotGrowWithHistory) {
   for (int step = 0; step < 200; ++step) {
     DirectChange change;
     room.edit(2, room.random_pose(random), true, change);
-    direct.update(room.present(), change, Workers(1), room.progress);
+    direct.update(room.context(), change, Workers(1), room.progress);
   }
   EXPECT_LT(direct.bytes(), first + first / 2);
 }
@@ -345,7 +345,7 @@ TEST(DirectUpdate, SnapshotsCarryOn) {
   for (int step = 0; step < 3; ++step) {
     DirectChange change;
     room.edit(2, room.random_pose(random), true, change);
-    direct.update(room.present(), change, Workers(1), room.progress);
+    direct.update(room.context(), change, Workers(1), room.progress);
   }
   ArchiveView view;
   direct.save(view);
@@ -356,7 +356,7 @@ TEST(DirectUpdate, SnapshotsCarryOn) {
   ASSERT_EQ(sums_of(opened), sums_of(direct));
   DirectChange change;
   room.edit(1, room.random_pose(random), true, change);
-  opened.update(room.present(), change, Workers(1), room.progress);
+  opened.update(room.context(), change, Workers(1), room.progress);
   EXPECT_EQ(sums_of(opened), sums_of(room.compute()));
 
   const std::vector<int64_t> before = sums_of(opened);

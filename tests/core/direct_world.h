@@ -56,10 +56,10 @@ struct World {
     lights = trace::find_lights(scene);
     sampled.assign(lights.size(), 1);
   }
-  Present present() const { return {*caster, lights, sampled, receivers}; }
+  Context context() const { return {*caster, lights, sampled, receivers}; }
   DirectLight compute(int threads = 1, uint64_t seed = 1) {
     DirectLight direct(receivers.size(), {kQuantum}, seed);
-    direct.compute(present(), Workers(threads), progress);
+    direct.compute(context(), Workers(threads), progress);
     return direct;
   }
   /// Of light group 0.

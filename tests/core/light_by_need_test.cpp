@@ -33,7 +33,7 @@ struct PanelsAndShelf : World {
 std::vector<Vec3d> by_need(const World& world, std::vector<double> dim, int threads = 1) {
   std::vector<Vec3d> out(world.receivers.size());
   Progress progress;
-  light_by_need(world.present(), dim, 1, Workers(threads), progress, out);
+  light_by_need(world.context(), dim, 1, Workers(threads), progress, out);
   return out;
 }
 

@@ -19,8 +19,8 @@ class Mirror final : public Kind {
     return sound ? nullptr : "other parameters than the share that is mirrored";
   }
   bool is_opaque(const Surface&) const override { return true; }
-  bool stops(const Surface&, const Point&) const override { return true; }
-  Vec3f tint(const Surface& surface, const Point&) const override {
+  bool stops(const Surface&, const SurfacePoint&) const override { return true; }
+  Vec3f tint(const Surface& surface, const SurfacePoint&) const override {
     return Vec3f{1, 1, 1} * (1 - surface.parameters[0]);
   }
   Vec3f max_tint(const Surface&) const override { return {1, 1, 1}; }

@@ -19,8 +19,8 @@ class Pane final : public Kind {
     return sound ? nullptr : "other parameters than the share that passes";
   }
   bool is_opaque(const Surface&) const override { return true; }
-  bool stops(const Surface&, const Point&) const override { return true; }
-  Vec3f tint(const Surface&, const Point&) const override { return {0, 0, 0}; }
+  bool stops(const Surface&, const SurfacePoint&) const override { return true; }
+  Vec3f tint(const Surface&, const SurfacePoint&) const override { return {0, 0, 0}; }
   Vec3f max_tint(const Surface&) const override { return {1, 1, 1}; }
   bool transmits(const Surface&) const override { return true; }
   float onward_chance(const Surface&, const Arrival&) const override { return 1; }

@@ -20,12 +20,14 @@ class Striped final : public Lambertian {
   const char* flaw(std::span<const float> parameters) const override {
     return parameters.size() == 1 ? nullptr : "other parameters than whether there are holes";
   }
-  Vec3f tint(const Surface&, const Point& at) const override {
+  Vec3f tint(const Surface&, const SurfacePoint& at) const override {
     return below_half(at.texture[0]) ? kBright : kDark;
   }
   Vec3f max_tint(const Surface&) const override { return kBright; }
   bool is_opaque(const Surface& surface) const override { return surface.parameters[0] == 0; }
-  bool stops(const Surface&, const Point& at) const override { return !below_half(at.texture[1]); }
+  bool stops(const Surface&, const SurfacePoint& at) const override {
+    return !below_half(at.texture[1]);
+  }
 
  private:
   static bool below_half(float x) { return x - std::floor(x) < 0.5f; }

@@ -27,7 +27,7 @@ TEST(Surfaces, PathsCarryOnWhatIsReflected) {
   for (const Surface& surface : {Surface{{0.7f, 0.5f, 0.2f}}, striped({0.8f, 0.4f, 0.1f})})
     for (const float place : {0.25f, 0.75f})
       for (const float side : {1.0f, -1.0f}) {
-        const Point at{0.1f, 0.2f, {place, 0}};
+        const SurfacePoint at{0.1f, 0.2f, {place, 0}};
         const Arrival arrival{down * side, {0, 2, 0}, at};
         Vec3d sum{}, most{};
         double cosines = 0;
@@ -132,7 +132,7 @@ TEST(Surfaces, AHitKnowsItsPoint) {
     const Vec3f by_corners =
         a + (object.vertices[t[1]] - a) * hit.u + (object.vertices[t[2]] - a) * hit.v;
     EXPECT_LT(length(by_corners - local), 1e-5f);
-    const Point at = scene.point_on(hit.primitive, hit.u, hit.v);
+    const SurfacePoint at = scene.point_on(hit.primitive, hit.u, hit.v);
     EXPECT_NEAR(at.texture[0], 0.7f * (local.x + local.z), 1e-5f);
     EXPECT_NEAR(at.texture[1], 0.7f * local.y, 1e-5f);
   }

@@ -75,14 +75,14 @@ size_t bundle_of(Vec3d n) {
   return size_t((side * 3 + third(n[(major + 1) % 3])) * 3 + third(n[(major + 2) % 3]));
 }
 
-struct Found {
+struct Neighbour {
   double distance2;
   uint32_t segment;
 };
 
 /// A total order of photons that does not depend on their indices, so that segments may come in any
 /// order. Photons that compare equal are interchangeable.
-bool before(const segments::SegmentSpan& s, const Found& a, const Found& b) {
+bool before(const segments::SegmentSpan& s, const Neighbour& a, const Neighbour& b) {
   if (a.distance2 != b.distance2) return a.distance2 < b.distance2;
   const size_t i = a.segment, j = b.segment;
   for (int c = 0; c < 3; ++c)
@@ -121,9 +121,11 @@ class Nearest {
     if (!hits_->normal.empty() && !(dot(hits_->normal[hit], normal_) > kSameSurface)) return true;
     const Vec3d gap = hits_->position[hit] - point_;
     const double height = dot(gap, normal_);
-    const Found found{dot(gap, gap) + stretch_ * (height * height), s};
+    const Neighbour found{dot(gap, gap) + stretch_ * (height * height), s};
     if (!(found.distance2 < reach2_)) return true;
-    const auto less = [&](const Found& a, const Found& b) { return before(segments_, a, b); };
+    const auto less = [&](const Neighbour& a, const Neighbour& b) {
+      return before(segments_, a, b);
+    };
     if (heap.size() == k_) {
       if (!less(found, heap.front())) return true;
       std::pop_heap(heap.begin(), heap.end(), less);
@@ -142,7 +144,7 @@ class Nearest {
   void sort() const {}  // required by nanoflann 1.6 and later; the heap is ordered as it is filled
   size_t size() const { return heap.size(); }
 
-  std::vector<Found> heap;
+  std::vector<Neighbour> heap;
   uint64_t tests = 0;
 
  private:
@@ -197,7 +199,7 @@ Neighbours PhotonMap::neighbours(const segments::SegmentSpan& segments, const Wo
   size_t photons = 0;
   for (const auto& bundle : bundles) photons += bundle->hits.segment.size();
   const size_t count = points_.size();
-  std::vector<std::vector<Found>> found(count);
+  std::vector<std::vector<Neighbour>> found(count);
   std::vector<uint64_t> tests(count);
   progress.begin("gather", count);
   workers.for_blocks(count, kGrain, [&](size_t begin, size_t end) {
@@ -214,7 +216,7 @@ Neighbours PhotonMap::neighbours(const segments::SegmentSpan& segments, const Wo
       std::sort(order.begin(), order.end());
       for (const auto& [turned, bundle] : order) nearest.look_in(*bundle);
       std::sort(nearest.heap.begin(), nearest.heap.end(),
-                [&](const Found& a, const Found& b) { return before(segments, a, b); });
+                [&](const Neighbour& a, const Neighbour& b) { return before(segments, a, b); });
       found[i] = std::move(nearest.heap);
       tests[i] = nearest.tests;
     }
@@ -229,7 +231,7 @@ Neighbours PhotonMap::neighbours(const segments::SegmentSpan& segments, const Wo
     out.radius2.push_back(reach2 ? reach2[i] : list.empty() ? 0.0 : list.back().distance2);
     out.rim.push_back(list.empty() ? kNoTriangle : list.back().segment);
     if (!reach2 && options_.unbiased && !list.empty()) list.pop_back();
-    for (const Found& f : list)
+    for (const Neighbour& f : list)
       out.photon.push_back(f.segment), out.distance2.push_back(f.distance2);
     out.start.push_back(out.photon.size());
     list = {};

@@ -31,14 +31,14 @@ struct DiscTest {
   float centre[3], normal[3], radius;
 };
 
-struct Found {
+struct MeetCounts {
   size_t surely, maybe;
 };
 
 /// Packs those of the first `count` segments that certainly meet the sphere into `to`, and writes
 /// the indices of those that may meet it to `maybe`.
-using MeetSphere = Found (*)(const Columns& from, size_t count, const SphereTest& sphere,
-                             const Columns& to, uint32_t* maybe);
+using MeetSphere = MeetCounts (*)(const Columns& from, size_t count, const SphereTest& sphere,
+                                  const Columns& to, uint32_t* maybe);
 /// Writes the indices of segments that pass cross_circle() with their `end`; returns their number.
 using CrossDisc = size_t (*)(const Columns& list, size_t count, const DiscTest& disc,
                              uint32_t* hits);
@@ -54,13 +54,13 @@ uint32_t lanes_below(size_t count) {
 }
 
 template <class W>
-Found meet_sphere(const Columns& from, size_t count, const SphereTest& sphere, const Columns& to,
-                  uint32_t* maybe) {
+MeetCounts meet_sphere(const Columns& from, size_t count, const SphereTest& sphere,
+                       const Columns& to, uint32_t* maybe) {
   using Floats = typename W::Floats;
   const Floats cx = W::broadcast(sphere.centre[0]), cy = W::broadcast(sphere.centre[1]),
                cz = W::broadcast(sphere.centre[2]), zero = W::broadcast(0.0f),
                surely2 = W::broadcast(sphere.surely2), maybe2 = W::broadcast(sphere.maybe2);
-  Found found{0, 0};
+  MeetCounts found{0, 0};
   for (size_t i = 0; i < count; i += W::kWidth) {
     Floats column[kColumns];
     for (int k = 0; k < kColumns; ++k) column[k] = W::load(from.of[k] + i);

@@ -89,7 +89,7 @@ void SegmentList::assign(const SegmentList& from, Vec3f centre, double radius, d
   const SphereTest sphere{{centre.x, centre.y, centre.z},
                           inner > 0 ? float(inner * inner) : -1.0f,
                           float(outer * outer)};
-  const Found found =
+  const MeetCounts found =
       kernels.meet_sphere(from.columns_, from.count, sphere, columns_, scratch.data());
   size = found.surely;
   size_t border = 0;

@@ -30,15 +30,15 @@ struct PlaceHits {
   float all = 0;  ///< sum of the radiosities, including light of beams
 };
 
-PlaceHits hits_of(const Present& present, const Evaluation& evaluation, const CellFinder& finder,
+PlaceHits hits_of(const Context& context, const Evaluation& evaluation, const CellFinder& finder,
                   const Directions& directions, const direct::Receiver& receiver) {
   PlaceHits place_hits;
   auto& [out, all] = place_hits;
   const Vec3f origin = receiver.point + receiver.normal * receiver.slack();
   for (uint32_t ray = 0; ray < kPilotRays; ++ray) {
     const Vec3f w = directions(receiver.key, ray, receiver.normal);
-    const auto [hit, cell] = meet(present, finder, origin, w);
-    if (cell == kNoCell || hit.t < present.cells.near(cell)) continue;
+    const auto [hit, cell] = meet(context, finder, origin, w);
+    if (cell == kNoCell || hit.t < context.cells.near(cell)) continue;
     const Vec3f normal = trace::facing_normal(hit, w);
     const float radiosity = evaluation.brightness(cell);
     // Skip slivers, whose normals are unreliable: hits there might have no neighbours.
@@ -47,8 +47,8 @@ PlaceHits hits_of(const Present& present, const Evaluation& evaluation, const Ce
     all += radiosity;
   }
   // Add the light of beams, which cells do not hold.
-  for (size_t b = 0; b < present.beams.size(); ++b)
-    all += kPilotRays * present.beams[b].brought(origin, receiver.normal);
+  for (size_t b = 0; b < context.beams.size(); ++b)
+    all += kPilotRays * context.beams[b].brought(origin, receiver.normal);
   if (!(all > 0)) return {};
   for (BrightHit& own : out) {
     own.weight = double(own.radiosity / all) * double(own.radiosity / all);
@@ -66,14 +66,14 @@ struct RareCell {
 
 /// Of the cells brighter than `least` that few rays hit, those that cause most noise. `hits`: by
 /// cell.
-std::vector<RareCell> rarely_hit(const Present& present, const Evaluation& evaluation,
+std::vector<RareCell> rarely_hit(const Context& context, const Evaluation& evaluation,
                                  const LitCells& lit, std::span<const uint32_t> hits, float least) {
   std::vector<RareCell> out;
   for (size_t i = 0; i < lit.size(); ++i) {
     const uint32_t cell = lit.number(i);
     const float radiosity = evaluation.brightness(cell);
     if (hits[cell] >= kFew || !(radiosity > least) || !std::isfinite(radiosity)) continue;
-    const double area = double(present.cells.area(cell));
+    const double area = double(context.cells.area(cell));
     out.push_back({i, double(radiosity) * double(radiosity) * area});
   }
   std::stable_sort(out.begin(), out.end(),
@@ -84,19 +84,19 @@ std::vector<RareCell> rarely_hit(const Present& present, const Evaluation& evalu
 
 /// What a place's rays would hit of the cell on average; none if the cell is not
 /// visible. `all`: sum of the radiosities that its rays hit.
-std::optional<BrightHit> expected_hit(const Present& present, const Evaluation& evaluation,
+std::optional<BrightHit> expected_hit(const Context& context, const Evaluation& evaluation,
                                       const direct::Receiver& pilot, float all, uint32_t cell,
                                       const direct::Receiver& place) {
   const Vec3f origin = pilot.point + pilot.normal * pilot.slack();
   const Vec3f to = place.point + place.normal * place.slack();
   const Vec3f d = to - origin;
   const float distance = length(d);
-  if (!(distance > present.cells.near(cell))) return std::nullopt;
+  if (!(distance > context.cells.near(cell))) return std::nullopt;
   const Vec3f w = d * (1 / distance);
   const float here = dot(w, pilot.normal), there = -dot(w, place.normal);
-  if (!(here > 0) || !(there > 0) || present.caster.occluded(origin, w, distance))
+  if (!(here > 0) || !(there > 0) || context.caster.occluded(origin, w, distance))
     return std::nullopt;
-  const float chance = std::min(1.0f, here * there * present.cells.area(cell) /
+  const float chance = std::min(1.0f, here * there * context.cells.area(cell) /
                                           (std::numbers::pi_v<float> * distance * distance));
   const float radiosity = evaluation.brightness(cell);
   all += kPilotRays * chance * radiosity;
@@ -106,7 +106,7 @@ std::optional<BrightHit> expected_hit(const Present& present, const Evaluation& 
 }
 
 /// Expected hits of one cell by rays of some of the places; their weights represent all places.
-std::vector<BrightHit> expected_hits(const Present& present, const Evaluation& evaluation,
+std::vector<BrightHit> expected_hits(const Context& context, const Evaluation& evaluation,
                                      std::span<const direct::Receiver> pilots,
                                      std::span<const PlaceHits> places, const LitCells& lit,
                                      size_t rare, uint64_t seed) {
@@ -117,7 +117,7 @@ std::vector<BrightHit> expected_hits(const Present& present, const Evaluation& e
     const size_t pilot = std::min(number, pilots.size() - 1);
     if (!(places[pilot].all > 0)) continue;
     const auto from = uint32_t(random(k, 1) * float(LitCells::kPlaces)) % LitCells::kPlaces;
-    auto own = expected_hit(present, evaluation, pilots[pilot], places[pilot].all, lit.number(rare),
+    auto own = expected_hit(context, evaluation, pilots[pilot], places[pilot].all, lit.number(rare),
                             lit.place(rare, from));
     if (!own) continue;
     own->weight *= double(pilots.size()) / kTests;
@@ -128,21 +128,21 @@ std::vector<BrightHit> expected_hits(const Present& present, const Evaluation& e
 
 }  // namespace
 
-BrightnessSurvey::BrightnessSurvey(const Present& present, const Evaluation& evaluation,
+BrightnessSurvey::BrightnessSurvey(const Context& context, const Evaluation& evaluation,
                                    const LitCells& lit, uint64_t seed, const Workers& workers,
                                    Progress& progress) {
   const std::vector<direct::Receiver> pilots = lit_places(lit);
   const Directions directions(kPilotRays, seed ^ 0x6775696465212121ull);
-  const CellFinder finder(present.scene, present.cells);
+  const CellFinder finder(context.scene, context.cells);
   std::vector<PlaceHits> found(pilots.size());
   progress.begin("find bright places", found.size());
   workers.for_blocks(found.size(), 16, [&](size_t begin, size_t end) {
     progress.check();
     for (size_t i = begin; i < end; ++i)
-      found[i] = hits_of(present, evaluation, finder, directions, pilots[i]);
+      found[i] = hits_of(context, evaluation, finder, directions, pilots[i]);
     progress.advance(end - begin);
   });
-  hits.resize(present.cells.size());
+  hits.resize(context.cells.size());
   std::vector<float> around;
   for (const PlaceHits& place_hits : found) {
     if (place_hits.all > 0) around.push_back(place_hits.all / kPilotRays);
@@ -150,12 +150,12 @@ BrightnessSurvey::BrightnessSurvey(const Present& present, const Evaluation& eva
   }
   if (around.empty()) return;
   const float least = BrightHit::kBright * quantile(around, kDim);
-  const std::vector<RareCell> rare = rarely_hit(present, evaluation, lit, hits, least);
+  const std::vector<RareCell> rare = rarely_hit(context, evaluation, lit, hits, least);
   std::vector<std::vector<BrightHit>> expected(rare.size());
   workers.for_blocks(rare.size(), 64, [&](size_t begin, size_t end) {
     progress.check();
     for (size_t i = begin; i < end; ++i)
-      expected[i] = expected_hits(present, evaluation, pilots, found, lit, rare[i].lit, seed);
+      expected[i] = expected_hits(context, evaluation, pilots, found, lit, rare[i].lit, seed);
   });
   std::vector<bool> is_rare(hits.size());
   for (const RareCell& own : rare) is_rare[lit.number(own.lit)] = true;

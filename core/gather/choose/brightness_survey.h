@@ -27,7 +27,7 @@ struct BrightnessSurvey {
   static constexpr size_t kMinBright = 3;    ///< for a guide
   static constexpr double kMinShare = 0.01;  ///< of the variance, for a place to be worth one
 
-  BrightnessSurvey(const Present& present, const Evaluation& evaluation, const LitCells& lit,
+  BrightnessSurvey(const Context& context, const Evaluation& evaluation, const LitCells& lit,
                    uint64_t seed, const Workers& workers, Progress& progress);
   /// Whether a place with `count` hits, `bright` of them bright and of total weight `weight`, is
   /// bright to most that see it, and worth a guide in view of the remaining variance.

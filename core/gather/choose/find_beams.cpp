@@ -12,12 +12,12 @@ constexpr float kFalloff = 0.3f;  // cells within this factor of each other coun
 // a cell is lit by the spot if it gets at least half of its light from it
 constexpr float kLitByIt = 2;
 
-std::optional<BeamGuide> find_beam(const Present& present, const Evaluation& evaluation,
+std::optional<BeamGuide> find_beam(const Context& context, const Evaluation& evaluation,
                                    const CellFinder& finder, const BrightnessSurvey& survey,
                                    uint32_t light, uint64_t seed) {
-  const lights::Punctual& lamp = present.lights[light].punctual;
-  Beam beam(present.lights[light], {light, 1, 1}, 0, present.scene.beyond(), seed);
-  beam.compute(present.caster);
+  const lights::Punctual& lamp = context.lights[light].punctual;
+  Beam beam(context.lights[light], {light, 1, 1}, 0, context.scene.beyond(), seed);
+  beam.compute(context.caster);
   // By cell: a pool of light may be smaller than the cell that counts it.
   std::unordered_map<uint32_t, float> power;
   double sent = 0;
@@ -31,8 +31,8 @@ std::optional<BeamGuide> find_beam(const Present& present, const Evaluation& eva
     const uint32_t cell = finder.find(point.primitive, lamp.position, d * (1 / distance), distance);
     if (cell == kNoCell) continue;
     const Vec3f reflectance =
-        surfaces::product(present.scene.materials[present.cells.material(cell)].reflectance,
-                          present.cells.tint(cell));
+        surfaces::product(context.scene.materials[context.cells.material(cell)].reflectance,
+                          context.cells.tint(cell));
     const float own = evaluation.dim(light) * dot(lamp.intensity, reflectance) * float(each);
     power[cell] += own, sent += double(own), ++landed;
   }
@@ -41,7 +41,7 @@ std::optional<BeamGuide> find_beam(const Present& present, const Evaluation& eva
   for (const BrightHit& hit : survey.all) {
     const auto own = power.find(hit.cell);
     if (own == power.end() ||
-        !(kLitByIt * own->second > hit.radiosity * present.cells.area(hit.cell)))
+        !(kLitByIt * own->second > hit.radiosity * context.cells.area(hit.cell)))
       continue;
     lit.push_back(&hit);
     brightest = std::max(brightest, hit.radiosity);
@@ -57,19 +57,19 @@ std::optional<BeamGuide> find_beam(const Present& present, const Evaluation& eva
   }
   if (!BrightnessSurvey::suffice(bright, as_bright, weight, survey.variance)) return std::nullopt;
   const BeamGuide guide{light, float(sent * Beam::kPoints / double(landed)), quantile(around, 0.5)};
-  return guide.flaw(present.lights) ? std::nullopt : std::optional(guide);
+  return guide.flaw(context.lights) ? std::nullopt : std::optional(guide);
 }
 
 }  // namespace
 
-std::vector<BeamGuide> find_beams(const Present& present, const Evaluation& evaluation,
+std::vector<BeamGuide> find_beams(const Context& context, const Evaluation& evaluation,
                                   const BrightnessSurvey& survey, uint64_t seed) {
-  const CellFinder finder(present.scene, present.cells);
+  const CellFinder finder(context.scene, context.cells);
   std::vector<BeamGuide> beams;
-  for (uint32_t light = 0; light < present.lights.size(); ++light) {
-    const trace::Light& lamp = present.lights[light];
+  for (uint32_t light = 0; light < context.lights.size(); ++light) {
+    const trace::Light& lamp = context.lights[light];
     if (beams.size() == kMaxBeams || !lamp.on || !Beam::is_narrow(lamp)) continue;
-    if (const auto beam = find_beam(present, evaluation, finder, survey, light, seed))
+    if (const auto beam = find_beam(context, evaluation, finder, survey, light, seed))
       beams.push_back(*beam);
   }
   return beams;

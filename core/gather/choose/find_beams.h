@@ -7,7 +7,7 @@ namespace deltalux::gather {
 
 /// Returns the spots whose light stands out for most places that see where it lands. `survey`: for
 /// cells that hold all light.
-std::vector<BeamGuide> find_beams(const Present& present, const Evaluation& evaluation,
+std::vector<BeamGuide> find_beams(const Context& context, const Evaluation& evaluation,
                                   const BrightnessSurvey& survey, uint64_t seed);
 
 }  // namespace deltalux::gather

@@ -46,7 +46,7 @@ class Gap {
       const float away = kAround * distance_ * std::sqrt(r[0]);
       const Vec3f p = passing_.at + on_circle(u, v, r[1]) * away;
       const Vec3f w = normalize(p - passing_.from);
-      const trace::Hit hit = eyes_.present.caster.closest(passing_.from, w);
+      const trace::Hit hit = eyes_.context.caster.closest(passing_.from, w);
       const float beyond = dot(passing_.from + w * hit.t - passing_.at, passing_.normal);
       stopped += hit.valid() && std::fabs(beyond) < kThick * distance_;
     }
@@ -54,7 +54,7 @@ class Gap {
   }
   /// A square around it; none if it is too large, or no slit although it is wide.
   std::optional<Guide> square() const {
-    const scene::Face face = eyes_.present.scene.face(scene::kNone, passing_.primitive);
+    const scene::Face face = eyes_.context.scene.face(scene::kNone, passing_.primitive);
     Box box;
     box.grow(passing_.at);
     for (int k = 0; k < 3; ++k) {
@@ -90,7 +90,7 @@ class Gap {
   }
   /// How far it extends in a direction.
   float reach(Vec3f along) const {
-    float open = 0, step = kFirstStep * eyes_.present.cells.metre();
+    float open = 0, step = kFirstStep * eyes_.context.cells.metre();
     while (step < 2 * kWide * distance_ && shows(passing_.at + along * step))
       open = step, step *= 2;
     for (int k = 0; k < kHalvings; ++k) {

@@ -92,26 +92,26 @@ std::optional<Guide> take_place(std::vector<BrightHit>& hits, float reach, float
 
 /// The brightest of the surfaces near a point of the guide, seen along the guide's normal, each by
 /// itself: a bulb is close in front of its socket.
-float brightest_layer(const Guide& guide, Vec3f at, const Present& present,
+float brightest_layer(const Guide& guide, Vec3f at, const Context& context,
                       const Evaluation& evaluation, const CellFinder& finder) {
   // Start close by: a lamp shade may stand in front.
   const Vec3f above = at + guide.normal * guide.rise;
   float from = 0, brightest = 0;
   for (int layer = 0; layer < kMaxLayers; ++layer) {
-    const trace::Hit hit = present.caster.closest(above, -guide.normal, from, 2 * guide.rise);
+    const trace::Hit hit = context.caster.closest(above, -guide.normal, from, 2 * guide.rise);
     if (!hit.valid()) break;
     const uint32_t cell = finder.find(hit.primitive, above, -guide.normal, hit.t);
     if (cell != kNoCell)
       brightest =
-          std::max(brightest, radiosity_at(present, evaluation, above, -guide.normal, hit, cell));
-    from = hit.t + position_slack(above) + present.scene.slack_of(hit.primitive);
+          std::max(brightest, radiosity_at(context, evaluation, above, -guide.normal, hit, cell));
+    from = hit.t + position_slack(above) + context.scene.slack_of(hit.primitive);
   }
   return brightest;
 }
 
 /// Sets the probabilities of the guide's texels by the mean light of what is at these points of a
 /// texel.
-void paint(Guide& guide, const Present& present, const Evaluation& evaluation,
+void paint(Guide& guide, const Context& context, const Evaluation& evaluation,
            const CellFinder& finder, std::span<const std::array<float, 4>> points) {
   constexpr size_t kSide = Guide::kSide;
   Guide::Texels texel{};
@@ -119,7 +119,7 @@ void paint(Guide& guide, const Present& present, const Evaluation& evaluation,
     for (size_t i = 0; i < kSide; ++i) {
       for (const auto& r : points) {
         const Vec3f at = guide.point((float(i) + r[0]) / kSide, (float(k) + r[1]) / kSide);
-        texel[k][i] += brightest_layer(guide, at, present, evaluation, finder);
+        texel[k][i] += brightest_layer(guide, at, context, evaluation, finder);
       }
       texel[k][i] /= float(points.size());
     }
@@ -128,15 +128,15 @@ void paint(Guide& guide, const Present& present, const Evaluation& evaluation,
 
 /// The same from the middle of the texels; where a sun shines on little of the guide, from more
 /// points: a strip of it may pass between those.
-void paint(Guide& guide, const Present& present, const Evaluation& evaluation,
+void paint(Guide& guide, const Context& context, const Evaluation& evaluation,
            const CellFinder& finder) {
   const std::array<float, 4> middle{0.5f, 0.5f, 0, 0};
-  paint(guide, present, evaluation, finder, std::span(&middle, 1));
+  paint(guide, context, evaluation, finder, std::span(&middle, 1));
   const float even = guide.radiosity / guide.brightest;
-  if (present.suns.lights().empty() || even * even >= kLittle) return;
+  if (context.suns.lights().empty() || even * even >= kLittle) return;
   std::array<std::array<float, 4>, kPoints> points;
   for (uint32_t i = 0; i < kPoints; ++i) points[i] = sobol::sample(i, kPoints);
-  paint(guide, present, evaluation, finder, points);
+  paint(guide, context, evaluation, finder, points);
 }
 
 /// The largest number of points that one of the beams has on the guide.
@@ -155,18 +155,18 @@ uint32_t points_on(const Guide& guide, const Beams& beams) {
 
 }  // namespace
 
-std::vector<Guide> find_guides(const Present& present, const Evaluation& evaluation,
+std::vector<Guide> find_guides(const Context& context, const Evaluation& evaluation,
                                const BrightnessSurvey& survey, Progress& progress) {
-  const CellFinder finder(present.scene, present.cells);
+  const CellFinder finder(context.scene, context.cells);
   std::vector<BrightHit> left = survey.all;
   std::vector<Guide> guides;
-  const float margin = 0.5f * present.cells.edge();
+  const float margin = 0.5f * context.cells.edge();
   for (int tried = 0; tried < kMaxTried && guides.size() < kMaxGuides; ++tried) {
     if (left.empty() || !left.front().bright()) break;
-    std::optional<Guide> guide = take_place(left, kReach * present.cells.metre(), margin);
+    std::optional<Guide> guide = take_place(left, kReach * context.cells.metre(), margin);
     progress.check();
     if (!guide) continue;
-    paint(*guide, present, evaluation, finder);
+    paint(*guide, context, evaluation, finder);
     if (!guide->flaw()) guides.push_back(*guide);
   }
   return guides;

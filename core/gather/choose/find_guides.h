@@ -7,7 +7,7 @@ namespace deltalux::gather {
 
 /// Returns guides for places of which few rays bring more light than all the others. Guides affect
 /// noise only: weighted rays have the same expected value.
-std::vector<Guide> find_guides(const Present& present, const Evaluation& evaluation,
+std::vector<Guide> find_guides(const Context& context, const Evaluation& evaluation,
                                const BrightnessSurvey& survey, Progress& progress);
 
 /// Those guides where a little of a beam's light lands, but not most of it: on a pole that stands

@@ -88,7 +88,7 @@ Waist narrowest(std::span<const SightLine> lines) {
 
 /// Places the guide's square into the plane of what surrounds the opening. Returns false if the
 /// waist is none: its lines start in one place, or nothing beside it stops those who look there.
-bool place(const Present& present, std::span<const SightLine> lines, const Waist& waist,
+bool place(const Context& context, std::span<const SightLine> lines, const Waist& waist,
            Guide& guide) {
   constexpr int kAround = 8;
   constexpr float kAlike = 0.98f;
@@ -106,7 +106,7 @@ bool place(const Present& present, std::span<const SightLine> lines, const Waist
       const Vec3f q = waist.centre + on_circle(u, v, float(k) / kAround) *
                                          (2 * waist.radius + 1e-3f * line.length);
       const Vec3f d = q - line.from, w = normalize(d);
-      const trace::Hit hit = present.caster.closest(line.from, w);
+      const trace::Hit hit = context.caster.closest(line.from, w);
       if (!hit.valid()) continue;
       const Vec3f at = line.from + w * hit.t;
       if (length(at - waist.centre) < 8 * waist.radius + 4e-3f * line.length)
@@ -162,17 +162,17 @@ std::vector<const direct::Receiver*> chosen_of(std::span<const direct::Receiver>
 
 }  // namespace
 
-std::vector<Guide> find_portals(const Present& present, const Evaluation& evaluation,
+std::vector<Guide> find_portals(const Context& context, const Evaluation& evaluation,
                                 std::span<const Guide> known, uint64_t seed, const Workers& workers,
                                 Progress& progress) {
-  const std::vector<const direct::Receiver*> asked = chosen_of(present.receivers);
+  const std::vector<const direct::Receiver*> asked = chosen_of(context.receivers);
   if (asked.empty()) return {};
   const auto rays = uint32_t(
       std::clamp<size_t>(kRaysInAll / asked.size(), size_t(kLeastRays), size_t(kMostRays)));
   const uint32_t past_corners = rays / kPastCorners;
   const Directions directions(rays, seed ^ 0x706f7274616c2121ull);
-  const CellFinder finder(present.scene, present.cells);
-  const Eyes eyes{present,    evaluation,          finder,       known,
+  const CellFinder finder(context.scene, context.cells);
+  const Eyes eyes{context,    evaluation,          finder,       known,
                   directions, rays - past_corners, past_corners, seed};
   std::vector<Look> found(asked.size());
   progress.begin("find openings", found.size());
@@ -207,7 +207,7 @@ std::vector<Guide> find_portals(const Present& present, const Evaluation& evalua
     }
     Guide guide{};
     guide.around = quantile(around, 0.5);
-    if (place(present, lines, waist, guide)) {
+    if (place(context, lines, waist, guide)) {
       guide.rise = 0.1f * guide.half;
       std::vector<Vec3f> from;
       for (const uint32_t i : waist.lines) from.push_back(lines[i].from);

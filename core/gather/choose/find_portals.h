@@ -16,7 +16,7 @@ namespace deltalux::gather {
 /// Returns guides in the planes of openings: where many sight lines from samples to bright places
 /// come close together. `known`: guides whose places need no others. Like all guides, they affect
 /// noise only.
-std::vector<Guide> find_portals(const Present& present, const Evaluation& evaluation,
+std::vector<Guide> find_portals(const Context& context, const Evaluation& evaluation,
                                 std::span<const Guide> known, uint64_t seed, const Workers& workers,
                                 Progress& progress);
 

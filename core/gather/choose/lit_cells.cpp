@@ -15,10 +15,10 @@ constexpr size_t kPilots = 1024;  // places that cast pilot rays, at most
 
 }  // namespace
 
-LitCells::LitCells(const Present& present, const Evaluation& evaluation,
+LitCells::LitCells(const Context& context, const Evaluation& evaluation,
                    std::span<const uint16_t> covered)
-    : scene_(present.scene) {
-  present.cells.each_body([&](uint32_t first, uint32_t object, const BodyCells& body) {
+    : scene_(context.scene) {
+  context.cells.each_body([&](uint32_t first, uint32_t object, const BodyCells& body) {
     const bool moves = object != scene::kNone;
     if (moves && !scene_.objects[object].present) return;
     const auto number = uint32_t(bodies_.size());

@@ -13,7 +13,7 @@ namespace deltalux::gather {
 class LitCells {
  public:
   /// Keeps references to its arguments. `covered`: see Coverage.
-  LitCells(const Present& present, const Evaluation& evaluation, std::span<const uint16_t> covered);
+  LitCells(const Context& context, const Evaluation& evaluation, std::span<const uint16_t> covered);
 
   size_t size() const { return cells_.size(); }
   /// Cell index of the i-th lit cell.

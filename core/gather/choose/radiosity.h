@@ -12,11 +12,11 @@ struct Met {
   trace::Hit hit;
   uint32_t cell = kNoCell;
 };
-Met meet(const Present& present, const CellFinder& finder, Vec3f origin, Vec3f w);
+Met meet(const Context& context, const CellFinder& finder, Vec3f origin, Vec3f w);
 
 /// Sum of the channels of the radiosity at a ray's hit in this cell, with the light of those suns
 /// that no cell counts; that of beams is left out.
-float radiosity_at(const Present& present, const Evaluation& evaluation, Vec3f origin, Vec3f w,
+float radiosity_at(const Context& context, const Evaluation& evaluation, Vec3f origin, Vec3f w,
                    const trace::Hit& hit, uint32_t cell);
 
 }  // namespace deltalux::gather

@@ -32,9 +32,9 @@ bool is_known(std::span<const Guide> known, Vec3f from, Vec3f w, float t) {
 }  // namespace
 
 float Eyes::radiosity(Vec3f from, Vec3f w, float beyond) const {
-  const auto [hit, cell] = meet(present, finder, from, w);
+  const auto [hit, cell] = meet(context, finder, from, w);
   if (cell == kNoCell || hit.t < beyond) return 0;
-  return radiosity_at(present, evaluation, from, w, hit, cell);
+  return radiosity_at(context, evaluation, from, w, hit, cell);
 }
 
 Look Eyes::look(const direct::Receiver& receiver) const {
@@ -47,9 +47,9 @@ Look Eyes::look(const direct::Receiver& receiver) const {
   double all = 0;
   for (uint32_t ray = 0; ray < rays; ++ray) {
     const Vec3f w = directions(receiver.key, ray, receiver.normal);
-    const auto [hit, cell] = meet(present, finder, from, w);
-    if (cell == kNoCell || hit.t < present.cells.near(cell)) continue;
-    const float radiosity = radiosity_at(present, evaluation, from, w, hit, cell);
+    const auto [hit, cell] = meet(context, finder, from, w);
+    if (cell == kNoCell || hit.t < context.cells.near(cell)) continue;
+    const float radiosity = radiosity_at(context, evaluation, from, w, hit, cell);
     if (!std::isfinite(radiosity)) continue;
     all += double(radiosity);
     ends.push_back({w, hit.t, radiosity});
@@ -68,14 +68,14 @@ Look Eyes::look(const direct::Receiver& receiver) const {
 }
 
 void Eyes::look_past_corners(const direct::Receiver& receiver, Look& out) const {
-  const uint32_t triangles = present.scene.static_primitives();
+  const uint32_t triangles = context.scene.static_primitives();
   if (triangles == 0) return;
   const Vec3f from = origin(receiver);
-  const float nearest = kNearest * present.cells.metre();
+  const float nearest = kNearest * context.cells.metre();
   for (uint32_t k = 0; k < corners; ++k) {
     const PathRandom random(combine(seed, receiver.key), k);
     const uint32_t primitive = std::min(uint32_t(random(0, 0) * float(triangles)), triangles - 1);
-    const scene::Face face = present.scene.face(scene::kNone, primitive);
+    const scene::Face face = context.scene.face(scene::kNone, primitive);
     const Vec3f corner = face.corner[std::min(int(3 * random(0, 1)), 2)], d = corner - from;
     if (!(dot(d, receiver.normal) > 0)) continue;
     Vec3f u, v;
@@ -87,9 +87,9 @@ void Eyes::look_past_corners(const direct::Receiver& receiver, Look& out) const 
     if (dot(n, w) > 0) n = -n;
     const float along = dot(w, n), t = dot(d, n) / along;
     if (!(along < -kOblique) || !(t > 0)) continue;
-    const auto [hit, cell] = meet(present, finder, from, w);
+    const auto [hit, cell] = meet(context, finder, from, w);
     if (cell == kNoCell || hit.t < kBehind * t || is_known(known, from, w, hit.t)) continue;
-    if (radiosity_at(present, evaluation, from, w, hit, cell) > kBright * out.around)
+    if (radiosity_at(context, evaluation, from, w, hit, cell) > kBright * out.around)
       out.passing.push_back({from, primitive, from + w * t, n, out.around});
   }
 }

@@ -50,7 +50,7 @@ struct Eyes {
   /// Times the mean radiosity that a place's rays hit: one such ray in 256 brings 6 % of the light.
   static constexpr float kBright = 16;
 
-  const Present& present;
+  const Context& context;
   const Evaluation& evaluation;
   const CellFinder& finder;
   std::span<const Guide> known;  ///< lines that end on their places are left out

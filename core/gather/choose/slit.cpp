@@ -9,9 +9,9 @@ constexpr uint32_t kRays = 32, kMaxFar = 4;
 
 }  // namespace
 
-SlitFinder::SlitFinder(const Present& present, uint64_t seed)
-    : present_(present),
-      finder_(present.scene, present.cells),
+SlitFinder::SlitFinder(const Context& context, uint64_t seed)
+    : context_(context),
+      finder_(context.scene, context.cells),
       directions_(kRays, seed ^ 0x736c697421212121ull) {}
 
 bool SlitFinder::operator()(const direct::Receiver& receiver) const {
@@ -20,9 +20,9 @@ bool SlitFinder::operator()(const direct::Receiver& receiver) const {
   uint32_t far = 0;
   for (uint32_t ray = 0; ray < kRays && far <= kMaxFar; ++ray) {
     const Vec3f w = directions_(receiver.key, ray, receiver.normal);
-    const trace::Hit hit = present_.caster.closest_static(origin, w);
+    const trace::Hit hit = context_.caster.closest_static(origin, w);
     const uint32_t cell = hit.valid() ? finder_.find(hit.primitive, origin, w, hit.t) : kNoCell;
-    far += cell == kNoCell || hit.t >= present_.cells.near(cell);
+    far += cell == kNoCell || hit.t >= context_.cells.near(cell);
   }
   return far <= kMaxFar;
 }

@@ -8,13 +8,13 @@ namespace deltalux::gather {
 
 class SlitFinder {
  public:
-  SlitFinder(const Present& present, uint64_t seed);
+  SlitFinder(const Context& context, uint64_t seed);
   /// Whether almost all rays of a receiver end near it, on static geometry. Movable objects cannot
   /// open such a slit, so that fewer rays suffice if they sufficed once.
   bool operator()(const direct::Receiver& receiver) const;
 
  private:
-  const Present& present_;
+  const Context& context_;
   CellFinder finder_;
   Directions directions_;
 };

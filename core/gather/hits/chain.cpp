@@ -26,25 +26,25 @@ constexpr Vec3f kMaxTint{Vertex::kMaxTint, Vertex::kMaxTint, Vertex::kMaxTint};
 
 }  // namespace
 
-ChainTracer::ChainTracer(const Present& present, const CellFinder& finder, const Targets& targets,
+ChainTracer::ChainTracer(const Context& context, const CellFinder& finder, const Targets& targets,
                          uint64_t seed)
-    : present_(present),
+    : context_(context),
       finder_(finder),
       targets_(targets),
       one_light_(
-          present.lights, [](uint32_t) { return true; }, present.scene.group_count, seed),
+          context.lights, [](uint32_t) { return true; }, context.scene.group_count, seed),
       one_beam_(
-          present.lights, [&](uint32_t light) { return present.beams.has(light); },
-          present.scene.group_count, seed),
+          context.lights, [&](uint32_t light) { return context.beams.has(light); },
+          context.scene.group_count, seed),
       one_sun_(
-          present.lights, [&](uint32_t light) { return present.suns.has(light); },
-          present.scene.group_count, seed),
+          context.lights, [&](uint32_t light) { return context.suns.has(light); },
+          context.scene.group_count, seed),
       seed_(mix64(seed ^ 0x636861696e212121ull)) {}
 
 ChainTracer::Taken ChainTracer::take_lobe(const PathRandom& random, uint32_t step,
                                           const trace::Hit& hit, Vec3f& origin, Vec3f& w,
                                           Vec3f& tint, Chain& chain) const {
-  const scene::Scene& scene = present_.scene;
+  const scene::Scene& scene = context_.scene;
   const scene::Material& surface = scene.material_of(hit.primitive);
   const surfaces::Arrival arrival{w, hit.normal, scene.point_on(hit.primitive, hit.u, hit.v)};
   const float chance = surface.kind->onward_chance(surface, arrival);
@@ -69,7 +69,7 @@ ChainTracer::Taken ChainTracer::take_lobe(const PathRandom& random, uint32_t ste
 
 Chain ChainTracer::trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w,
                          const trace::Hit& met, uint32_t cell) const {
-  const scene::Scene& scene = present_.scene;
+  const scene::Scene& scene = context_.scene;
   const PathRandom random(seed_, key);
   const float beyond = scene.beyond();
   Chain chain;
@@ -82,10 +82,10 @@ Chain ChainTracer::trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w,
     const auto draw = [&](uint32_t u, uint32_t v) {
       return step ? Draw{random(step, u), random(step, v)} : first;
     };
-    const direct::Receiver at = present_.landing(origin, w, hit);
+    const direct::Receiver at = context_.landing(origin, w, hit);
     const Taken taken =
         goes_on_at(hit) ? take_lobe(random, step, hit, origin, w, tint, chain) : Taken::diffuse;
-    if (taken == Taken::diffuse && hit.t >= present_.cells.near(cell)) {
+    if (taken == Taken::diffuse && hit.t >= context_.cells.near(cell)) {
       finish(draw(kLightU, kLightV), at, hit, cell, tint, chain);
       return chain;
     }
@@ -108,12 +108,12 @@ Chain ChainTracer::trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w,
     if (step == kMaxTouched || w == Vec3f{} || taken == Taken::nothing) return chain;
     if (taken != Taken::straight && ++touched > kSurely && !(random(step, kStays) < kGoesOn))
       return chain;
-    hit = present_.caster.closest(origin, w);
+    hit = context_.caster.closest(origin, w);
     if (aim.point && !(hit.valid() && aim.point->is_met(origin, w, hit))) return chain;
     chain.footprint.to = origin + w * (hit.valid() ? hit.t : beyond);
     if (!hit.valid()) return chain;
     if (sampler)
-      chain.weight *= sampler->weight(aim, hit.t, present_.landing(origin, w, hit), present_.caster,
+      chain.weight *= sampler->weight(aim, hit.t, context_.landing(origin, w, hit), context_.caster,
                                       chain.in_beam);
     cell = finder_.find(hit.primitive, origin, w, hit.t);
     if (cell == kNoCell) return chain;
@@ -122,7 +122,7 @@ Chain ChainTracer::trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w,
 
 void ChainTracer::touch(const Draw& draw, const direct::Receiver& at, const trace::Hit& hit,
                         uint32_t cell, Vec3f tint, Chain& chain) const {
-  const scene::Scene& scene = present_.scene;
+  const scene::Scene& scene = context_.scene;
   const uint32_t material = scene.material_index(hit.primitive);
   const std::array<float, 3> factor{chain.weight * tint.x, chain.weight * tint.y,
                                     chain.weight * tint.z};
@@ -130,7 +130,7 @@ void ChainTracer::touch(const Draw& draw, const direct::Receiver& at, const trac
     chain.vertex[chain.count++] = {material | Vertex::kCaustic, cell, factor};
   Vertex& vertex = chain.vertex[chain.count++];
   vertex.material = material;
-  one_light_.ask(present_.caster, at, draw, vertex);
+  one_light_.ask(context_.caster, at, draw, vertex);
   for (size_t c = 0; c < 3; ++c) vertex.direct[c] *= factor[c];
 }
 
@@ -139,12 +139,12 @@ void ChainTracer::finish(const Draw& draw, const direct::Receiver& at, const tra
   chain.end = cell;
   if (tint != Vec3f{1, 1, 1})
     chain.vertex[chain.count++] = {Vertex::kTint, scene::kNone, {tint.x, tint.y, tint.z}};
-  const scene::Scene& scene = present_.scene;
+  const scene::Scene& scene = context_.scene;
   const Vec3f own = scene.tint_at(hit.primitive, hit.u, hit.v);
   // Keep the vertex even if something hides the light: it may move.
   const auto ask = [&](const OneLight& one) {
     Vertex& vertex = chain.vertex[chain.count];
-    one.ask(present_.caster, at, draw, vertex);
+    one.ask(context_.caster, at, draw, vertex);
     return vertex.light != scene::kNone;
   };
   const auto keep = [&] {
@@ -152,11 +152,11 @@ void ChainTracer::finish(const Draw& draw, const direct::Receiver& at, const tra
     vertex.material = scene.material_index(hit.primitive) | Vertex::kEnd;
     for (size_t c = 0; c < 3; ++c) vertex.direct[c] *= chain.weight * own[int(c)];
   };
-  if (present_.beams.reach(cell) && ask(one_beam_)) {
+  if (context_.beams.reach(cell) && ask(one_beam_)) {
     chain.in_beam = true;
     if (chain.vertex[chain.count].direct != std::array<float, 3>{}) keep();
   }
-  if (present_.suns.may_shine(at.normal) && ask(one_sun_)) keep();
+  if (context_.suns.may_shine(at.normal) && ask(one_sun_)) keep();
 }
 
 Chain ChainTracer::end(const Draw& first, Vec3f origin, Vec3f w, const trace::Hit& hit,
@@ -164,7 +164,7 @@ Chain ChainTracer::end(const Draw& first, Vec3f origin, Vec3f w, const trace::Hi
   Chain chain;
   chain.footprint.near.grow(origin);
   chain.footprint.from = origin, chain.footprint.to = origin + w * hit.t;
-  finish(first, present_.landing(origin, w, hit), hit, cell, {1, 1, 1}, chain);
+  finish(first, context_.landing(origin, w, hit), hit, cell, {1, 1, 1}, chain);
   return chain;
 }
 

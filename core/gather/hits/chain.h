@@ -20,8 +20,8 @@
 
 namespace deltalux::gather {
 
-/// The scene in its present state.
-struct Present {
+/// What rays are cast and read in: the scene as it is now.
+struct Context {
   const scene::Scene& scene;
   const trace::RayCaster& caster;
   std::span<const trace::Light> lights;
@@ -72,14 +72,14 @@ struct Chain {
 class ChainTracer {
  public:
   /// `targets`: those of `present`.
-  ChainTracer(const Present& present, const CellFinder& finder, const Targets& targets,
+  ChainTracer(const Context& context, const CellFinder& finder, const Targets& targets,
               uint64_t seed);
   /// Continues from the first hit, in `cell`, which is near or has a lobe that is not diffuse.
   /// `key`: random key of the ray; `first`: random numbers for the light at that hit.
   Chain trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w, const trace::Hit& hit,
               uint32_t cell) const;
   /// Whether rays that meet this go on, however far it is.
-  bool goes_on_at(const trace::Hit& hit) const { return present_.scene.has_lobes(hit.primitive); }
+  bool goes_on_at(const trace::Hit& hit) const { return context_.scene.has_lobes(hit.primitive); }
   /// Makes a chain that ends at the first hit, in `cell`, which is far. It has vertices only for
   /// beams and suns.
   Chain end(const Draw& first, Vec3f origin, Vec3f w, const trace::Hit& hit, uint32_t cell) const;
@@ -100,7 +100,7 @@ class ChainTracer {
   void finish(const Draw& draw, const direct::Receiver& at, const trace::Hit& hit, uint32_t cell,
               Vec3f tint, Chain& chain) const;
 
-  const Present& present_;
+  const Context& context_;
   const CellFinder& finder_;
   const Targets& targets_;
   OneLight one_light_, one_beam_, one_sun_;

@@ -25,7 +25,7 @@ struct Paint {
 
 /// Stores chains by number.
 class ChainPool {
-  struct Place {
+  struct Range {
     uint32_t first = 0, count = 0;
   };
 
@@ -51,7 +51,7 @@ class ChainPool {
     float weight = 1;
   };
   /// of one chain, without vertices
-  static constexpr size_t kBytes = sizeof(Place) + sizeof(Sent) + sizeof(trace::Footprint);
+  static constexpr size_t kBytes = sizeof(Range) + sizeof(Sent) + sizeof(trace::Footprint);
   /// As computed by the last paint().
   const Sent& sent(uint32_t number) const { return sent_[number]; }
   /// Recomputes the light of all chains if `paint` changed.
@@ -67,7 +67,7 @@ class ChainPool {
   void add_gap(size_t length);
 
   Paint paint_;           // without materials: paint() was not called yet
-  Chunks<Place> chains_;  // storage of each chain in vertices_
+  Chunks<Range> chains_;  // storage of each chain in vertices_
   // By chain; stored separately, since evaluation reads nothing else.
   Chunks<Sent> sent_;
   Chunks<trace::Footprint> footprints_;  // by chain

@@ -45,22 +45,22 @@ class Step {
 /// Casts the rays of samples in the present scene.
 class GatherHits::Caster {
  public:
-  Caster(const GatherHits& hits, const Present& present)
+  Caster(const GatherHits& hits, const Context& context)
       : hits_(hits),
-        present_(present),
-        finder_(present.scene, present.cells),
-        targets_(present.guiding.guides, present.beams),
-        chains_(present, finder_, targets_, hits.seed_) {}
+        context_(context),
+        finder_(context.scene, context.cells),
+        targets_(context.guiding.guides, context.beams),
+        chains_(context, finder_, targets_, hits.seed_) {}
 
   /// Whether the sample has no normal, so that it casts no rays.
-  bool blind(size_t sample) const { return present_.receivers[sample].normal == Vec3f{}; }
+  bool blind(size_t sample) const { return context_.receivers[sample].normal == Vec3f{}; }
   SampleRays rays(size_t sample) const {
-    return {hits_.directions_, present_.guiding.allotments, targets_,
-            uint32_t(sample),  hits_.rays_.count(sample),   present_.receivers[sample]};
+    return {hits_.directions_, context_.guiding.allotments, targets_,
+            uint32_t(sample),  hits_.rays_.count(sample),   context_.receivers[sample]};
   }
   /// Casts the given rays of a sample and appends what they met.
   void cast(const SampleRays& rays, size_t sample, std::span<const uint32_t> which,
-            Found& out) const {
+            CastRays& out) const {
     for (size_t first = 0; first < which.size(); first += kTogether)
       cast_together(rays, sample, which.subspan(first, std::min(kTogether, which.size() - first)),
                     out);
@@ -70,7 +70,7 @@ class GatherHits::Caster {
   /// Casts at most kTogether rays, step by step: what a step reads for one ray does not depend on
   /// the others, so that the processor waits for memory once, not ray by ray.
   void cast_together(const SampleRays& rays, size_t sample, std::span<const uint32_t> which,
-                     Found& out) const {
+                     CastRays& out) const {
     const Vec3f o = rays.origin();
     const bool casts = !blind(sample);
     std::array<Aim, kTogether> aims;
@@ -78,13 +78,13 @@ class GatherHits::Caster {
     std::array<uint32_t, kTogether> cells;
     for (size_t i = 0; i < which.size(); ++i) {
       aims[i] = casts ? rays.aim(which[i]) : Aim{};
-      hits[i] = aims[i].w == Vec3f{} ? trace::Hit{} : present_.caster.closest(o, aims[i].w);
+      hits[i] = aims[i].w == Vec3f{} ? trace::Hit{} : context_.caster.closest(o, aims[i].w);
       if (hits[i].valid()) finder_.prefetch(hits[i].primitive);
     }
     for (size_t i = 0; i < which.size(); ++i)
       cells[i] = hits[i].valid() ? finder_.find(hits[i].primitive, o, aims[i].w, hits[i].t) : kDark;
     for (size_t i = 0; i < which.size(); ++i) {
-      Found::Ray own{hits_.rays_.first(sample) + which[i], cells[i], 0, false};
+      CastRays::Ray own{hits_.rays_.first(sample) + which[i], cells[i], 0, false};
       // If something hides the point that the ray aims for, keep the ray with weight 0: the
       // obstacle may move.
       if (cells[i] != kNoCell && (!aims[i].point || aims[i].point->is_met(o, aims[i].w, hits[i])))
@@ -94,19 +94,19 @@ class GatherHits::Caster {
   }
   /// Computes the weight of a ray that hit something, and its chain if it has one.
   void weigh(const SampleRays& rays, size_t sample, uint32_t ray, Vec3f w, const trace::Hit& hit,
-             Found::Ray& own, Found& out) const {
+             CastRays::Ray& own, CastRays& out) const {
     const Vec3f o = rays.origin();
     own.weight = 1;
     if (rays.has_guides())
       own.weight =
-          rays.weight(ray, w, hit.t, present_.landing(o, w, hit), present_.caster, own.in_beam);
-    const bool far = hit.t >= present_.cells.near(own.target) && !chains_.goes_on_at(hit);
-    if (far && !present_.beams.reach(own.target) &&
-        !present_.suns.may_shine(trace::facing_normal(hit, w)))
+          rays.weight(ray, w, hit.t, context_.landing(o, w, hit), context_.caster, own.in_beam);
+    const bool far = hit.t >= context_.cells.near(own.target) && !chains_.goes_on_at(hit);
+    if (far && !context_.beams.reach(own.target) &&
+        !context_.suns.may_shine(trace::facing_normal(hit, w)))
       return;
     const Draw first = rays.beyond(ray);
     Chain chain = far ? chains_.end(first, o, w, hit, own.target)
-                      : chains_.trace(combine(present_.receivers[sample].key, ray), first, o, w,
+                      : chains_.trace(combine(context_.receivers[sample].key, ray), first, o, w,
                                       hit, own.target);
     own.in_beam |= chain.in_beam;
     if (!chain.count) {
@@ -121,7 +121,7 @@ class GatherHits::Caster {
   }
 
   const GatherHits& hits_;
-  const Present& present_;
+  const Context& context_;
   CellFinder finder_;
   Targets targets_;
   ChainTracer chains_;
@@ -134,16 +134,16 @@ GatherHits::GatherHits(RayCounts rays, uint64_t seed)
       changed_(rays_.receivers(), 1),
       parts_(rays_.receivers(), kParts) {}
 
-uint64_t GatherHits::set(const Found& found) {
+uint64_t GatherHits::set(const CastRays& found) {
   std::span<const Vertex> rest = found.vertices;
   size_t next = 0;
   uint64_t changed = 0;
-  for (const Found::Ray& ray : found.rays) {
+  for (const CastRays::Ray& ray : found.rays) {
     uint32_t& target = targets_[ray.place];
     const uint32_t before = target;
     bool same = is_chain(before) == is_chain(ray.target);
     if (is_chain(ray.target)) {
-      const Found::Chained& chain = found.chained[next++];
+      const CastRays::Chained& chain = found.chained[next++];
       const std::span<const Vertex> own = rest.first(chain.count);
       rest = rest.subspan(chain.count);
       same = same && chains_.is(chain_of(before), own, chain.end, chain.weight);
@@ -175,14 +175,14 @@ void GatherHits::clear(const Guiding& guiding) {
   in_beam_.assign(guiding.beams.empty() ? 0 : (targets_.size() + 63) / 64, 0);
 }
 
-void GatherHits::cast(const Present& present, const Workers& workers, Progress& progress) {
-  const Caster caster(*this, present);
-  clear(present.guiding);
+void GatherHits::cast(const Context& context, const Workers& workers, Progress& progress) {
+  const Caster caster(*this, context);
+  clear(context.guiding);
   progress.begin("cast gather rays", rays_.all());
   // Work in portions of samples: chains need much less memory once they are stored.
   for (size_t first = 0; first < samples(); first += kPortion) {
     const size_t portion = std::min(kPortion, samples() - first);
-    std::vector<Found> found((portion + kGrain - 1) / kGrain);
+    std::vector<CastRays> found((portion + kGrain - 1) / kGrain);
     workers.for_blocks(portion, kGrain, [&](size_t begin, size_t end) {
       std::vector<uint32_t> all;
       for (size_t sample = first + begin; sample < first + end; ++sample) {
@@ -194,7 +194,7 @@ void GatherHits::cast(const Present& present, const Workers& workers, Progress& 
       }
       progress.advance(rays_.first(first + end) - rays_.first(first + begin));
     });
-    for (const Found& block : found) set(block);
+    for (const CastRays& block : found) set(block);
   }
 }
 
@@ -207,7 +207,7 @@ void Change::merge(const Change& later) {
   add(samples, later.samples), add(points, later.points);
 }
 
-void GatherHits::note(const Present& present, const Change& change) {
+void GatherHits::note(const Context& context, const Change& change) {
   if (!samples()) return;
   if (!pending_) {
     pending_.emplace();
@@ -223,7 +223,7 @@ void GatherHits::note(const Present& present, const Change& change) {
   order.clear();
   for (size_t first = 0; first < samples(); first += kBlock) {
     const size_t end = std::min(samples(), first + kBlock);
-    const direct::Receiver& one = present.receivers[end - 1];
+    const direct::Receiver& one = context.receivers[end - 1];
     const Vec3f p = one.point;
     float distance = std::numeric_limits<float>::max();
     for (const trace::MovedObject& moved : pending_->change.scene.objects)
@@ -250,12 +250,12 @@ double GatherHits::pending_share() const {
   return pending_ ? 1 - double(pending_->done) / double(pending_->order.size()) : 0.0;
 }
 
-GatherHits::Cast GatherHits::follow(const Present& present, const Workers& workers,
+GatherHits::Cast GatherHits::follow(const Context& context, const Workers& workers,
                                     Progress& progress, const std::function<void(size_t)>& renew,
                                     const std::function<bool()>& more) {
   if (!pending_) return {};
-  const Caster caster(*this, present);
-  const StaleRays stale(*this, present, pending_->change);
+  const Caster caster(*this, context);
+  const StaleRays stale(*this, context, pending_->change);
   const std::vector<Task>& order = pending_->order;
   const std::vector<uint8_t>& fresh = pending_->change.samples;
   Cast cast;
@@ -271,7 +271,7 @@ GatherHits::Cast GatherHits::follow(const Present& present, const Workers& worke
       ++step;
     // If there are few blocks, they are expensive ones: divide them more finely.
     const size_t grain = step < kFew ? kBlock / 8 : kBlock;
-    std::vector<Found> found(step * kBlock / grain);
+    std::vector<CastRays> found(step * kBlock / grain);
     workers.for_blocks(step * kBlock, grain, [&](size_t begin, size_t end) {
       const Task& task = order[first + begin / kBlock];
       const size_t from = task.block * kBlock + begin % kBlock;
@@ -300,7 +300,7 @@ GatherHits::Cast GatherHits::follow(const Present& present, const Workers& worke
       }
     });
     progress.advance(step);
-    for (const Found& block : found) {
+    for (const CastRays& block : found) {
       cast.rays += block.rays.size();
       cast.changed += set(block);
     }
@@ -323,7 +323,7 @@ GatherHits::PerRay GatherHits::per_ray() const {
 
 double GatherHits::forecast_working_bytes(size_t samples, double rays, const PerRay& per_ray) {
   return double(std::min(samples, kPortion)) * rays *
-         (sizeof(Found::Ray) + per_ray.chains * sizeof(Found::Chained) +
+         (sizeof(CastRays::Ray) + per_ray.chains * sizeof(CastRays::Chained) +
           per_ray.vertices * sizeof(Vertex));
 }
 

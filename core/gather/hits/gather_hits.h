@@ -35,11 +35,11 @@ class GatherHits {
   const RayCounts& rays() const { return rays_; }
   size_t samples() const { return rays_.receivers(); }
   /// Casts all rays. Throws Cancelled; this object is then useless.
-  void cast(const Present& present, const Workers& workers, Progress& progress);
+  void cast(const Context& context, const Workers& workers, Progress& progress);
   /// Forgets all rays: they are dark until restore_samples() brings them.
   void clear(const Guiding& guiding);
   /// Records a change for follow().
-  void note(const Present& present, const Change& change);
+  void note(const Context& context, const Change& change);
   /// Rays that were cast again, and those of them that brought something else than before.
   struct Cast {
     uint64_t rays = 0, changed = 0;
@@ -49,7 +49,7 @@ class GatherHits {
   /// Samples that have to cast all their rays begin with an eighth of them; after all other samples
   /// are done, they continue, doubling the number each time. Calls renew(sample) before such a
   /// sample casts rays, from several threads, so that the caller can update the shares of its rays.
-  Cast follow(const Present& present, const Workers& workers, Progress& progress,
+  Cast follow(const Context& context, const Workers& workers, Progress& progress,
               const std::function<void(size_t)>& renew, const std::function<bool()>& more);
   /// Share of the recorded work that remains.
   double pending_share() const;
@@ -96,11 +96,11 @@ class GatherHits {
   void save(ArchiveView& archive) const;
   /// Restores what save() wrote, in the same state. Throws FormatError or Cancelled; this object is
   /// then useless.
-  void restore(ArchiveSource& archive, const Present& present, const Workers& workers,
+  void restore(ArchiveSource& archive, const Context& context, const Workers& workers,
                Progress& progress);
   /// Restores samples [first, last), which are dark, from what an object of these samples alone
   /// saved. Throws like restore().
-  void restore_samples(size_t first, size_t last, ArchiveSource& archive, const Present& present,
+  void restore_samples(size_t first, size_t last, ArchiveSource& archive, const Context& context,
                        Progress& progress);
 
  private:
@@ -118,7 +118,7 @@ class GatherHits {
     size_t done = 0;
   };
   /// Results of cast rays, not stored yet.
-  struct Found {
+  struct CastRays {
     struct Ray {
       size_t place;  ///< index in targets_
       uint32_t target;
@@ -142,7 +142,7 @@ class GatherHits {
   /// Number of the sample's rays that are up to date.
   uint32_t shown(size_t sample) const { return rays_of(sample, parts_[sample]); }
   /// Stores results. Returns how many differ from what was stored.
-  uint64_t set(const Found& found);
+  uint64_t set(const CastRays& found);
 
   RayCounts rays_;
   uint64_t seed_;

@@ -51,7 +51,7 @@ void check(const Record& record, uint32_t cells) {
     if (!is_finite(p)) refuse(kChains, "found a place that is not finite");
 }
 
-void check(const Vertex& vertex, const Present& present) {
+void check(const Vertex& vertex, const Context& context) {
   if (vertex.is_tint()) {
     if (vertex.light != scene::kNone) refuse(kVertices, "found a light where there is no point");
     for (float tint : vertex.direct)
@@ -59,17 +59,17 @@ void check(const Vertex& vertex, const Present& present) {
         refuse(kVertices, "found a tint no surface has");
     return;
   }
-  if (vertex.material_index() >= present.scene.materials.size())
+  if (vertex.material_index() >= context.scene.materials.size())
     refuse(kVertices, "found a material that is not there");
   if (vertex.is_caustic()) {
-    if (vertex.is_of_end() || vertex.light >= present.cells.size())
+    if (vertex.is_of_end() || vertex.light >= context.cells.size())
       refuse(kVertices, "found caustics of a cell that is not there");
     for (float factor : vertex.direct)
       if (!(factor >= 0 && factor <= kBrightest)) refuse(kVertices, "found a factor no chain has");
     return;
   }
   const bool lit = vertex.light != scene::kNone;
-  if (lit && vertex.light >= present.lights.size())
+  if (lit && vertex.light >= context.lights.size())
     refuse(kVertices, "found a light that is not there");
   if (vertex.is_of_end() && !lit)
     refuse(kVertices, "found light at a ray's end that is of no lamp");
@@ -160,17 +160,17 @@ void GatherHits::save(ArchiveView& archive) const {
   }
 }
 
-void GatherHits::restore(ArchiveSource& archive, const Present& present, const Workers& workers,
+void GatherHits::restore(ArchiveSource& archive, const Context& context, const Workers& workers,
                          Progress& progress) {
-  if (!archive.read_all<uint32_t>(kComplete, 1)[0]) return cast(present, workers, progress);
+  if (!archive.read_all<uint32_t>(kComplete, 1)[0]) return cast(context, workers, progress);
   progress.begin("restore rays", rays_.all());
   archive.expect<uint32_t>(kTargets, rays_.all());  // before memory for them is allocated
-  clear(present.guiding);
-  restore_samples(0, samples(), archive, present, progress);
+  clear(context.guiding);
+  restore_samples(0, samples(), archive, context, progress);
 }
 
 void GatherHits::restore_samples(size_t first_sample, size_t last_sample, ArchiveSource& archive,
-                                 const Present& present, Progress& progress) {
+                                 const Context& context, Progress& progress) {
   const size_t begin = rays_.first(first_sample), count = rays_.first(last_sample) - begin;
   archive.expect<uint32_t>(kTargets, count);
   archive.read(kTargets, std::span(targets_).subspan(begin, count));
@@ -184,7 +184,7 @@ void GatherHits::restore_samples(size_t first_sample, size_t last_sample, Archiv
     in_beam_[(begin + i) / 64] |= (bits[i / 64] >> (i % 64) & 1) << ((begin + i) % 64);
   Entries<Record> records(archive, kChains);
   Entries<Vertex> vertices(archive, kVertices);
-  const uint32_t cells = present.cells.size();
+  const uint32_t cells = context.cells.size();
   const size_t before = chains_.size();
   std::array<Vertex, kMaxVertices> own;
   for (size_t ray = 0; ray < count; ++ray) {
@@ -205,7 +205,7 @@ void GatherHits::restore_samples(size_t first_sample, size_t last_sample, Archiv
     uint32_t tints = 0;
     for (uint32_t k = 0; k < record.count; ++k) {
       own[k] = vertices.next();
-      check(own[k], present);
+      check(own[k], context);
       tints += own[k].is_tint();
     }
     if (tints > 1) refuse(kVertices, "found a chain with tints in two places");

@@ -12,32 +12,32 @@ constexpr float kFar = std::numeric_limits<float>::infinity();
 
 }  // namespace
 
-StaleRays::StaleRays(const GatherHits& hits, const Present& present, const Change& change)
+StaleRays::StaleRays(const GatherHits& hits, const Context& context, const Change& change)
     : hits_(hits),
-      present_(present),
+      context_(context),
       change_(change),
-      test_(change.scene, present.lights, trace::shadow_slack(present.caster)),
+      test_(change.scene, context.lights, trace::shadow_slack(context.caster)),
       lights_(change.scene.changes_lights()),
-      suns_(std::any_of(present.guiding.suns.begin(), present.guiding.suns.end(),
+      suns_(std::any_of(context.guiding.suns.begin(), context.guiding.suns.end(),
                         [&](uint32_t sun) { return change.scene.changes(sun); })),
-      placed_(present.beams.placed(change.scene)) {
+      placed_(context.beams.placed(change.scene)) {
   for (const trace::MovedObject& moved : change.scene.objects)
-    own_.push_back(present.cells.of_object(moved.object));
-  if (present.beams.size() && !placed_) shade_beams();
+    own_.push_back(context.cells.of_object(moved.object));
+  if (context.beams.size() && !placed_) shade_beams();
 }
 
 void StaleRays::shade_beams() {
-  shaded_.resize(present_.cells.size());
-  present_.cells.each_landing(present_.scene, {}, [&](uint32_t cell, const BodyCells::Ball& ball) {
-    if (!present_.beams.reach(cell)) return;
+  shaded_.resize(context_.cells.size());
+  context_.cells.each_landing(context_.scene, {}, [&](uint32_t cell, const BodyCells::Ball& ball) {
+    if (!context_.beams.reach(cell)) return;
     const Box point{ball.centre, ball.centre};
     shaded_[cell] = touches_beams(point.padded(ball.radius));
   });
 }
 
 bool StaleRays::touches_beams(const Box& points) const {
-  for (size_t b = 0; b < present_.beams.size(); ++b)
-    if (test_.touches_light(present_.beams[b].guide().light, points)) return true;
+  for (size_t b = 0; b < context_.beams.size(); ++b)
+    if (test_.touches_light(context_.beams[b].guide().light, points)) return true;
   return false;
 }
 
@@ -55,7 +55,7 @@ bool StaleRays::passes_by(std::span<const uint32_t> targets) const {
       near.grow(hits_.chains().footprint(GatherHits::chain_of(target)).near);
   if (near.empty()) return true;
   if (test_.touches(near)) return false;
-  for (uint32_t light = 0; light < present_.lights.size(); ++light)
+  for (uint32_t light = 0; light < context_.lights.size(); ++light)
     if (test_.touches_light(light, near)) return false;
   return true;
 }
@@ -74,7 +74,7 @@ void StaleRays::mark(const SampleRays& rays, size_t sample, bool apart,
       if (again[ray]) return;
       const Vec3f w = rays.aim(ray).w;
       again[ray] = !(w == Vec3f{}) && SlabRay(rays.origin(), w).entry(moved.now, kFar) < kFar &&
-                   present_.caster.closest_object(moved.object, rays.origin(), w).valid();
+                   context_.caster.closest_object(moved.object, rays.origin(), w).valid();
     });
   }
 }
@@ -84,7 +84,7 @@ bool StaleRays::gone(uint32_t target, bool apart) const {
   // Where a sun shines is not known of a cell.
   if (suns_) return true;
   if (GatherHits::is_chain(target)) return touches(GatherHits::chain_of(target), apart);
-  return is_own(target) || present_.beams.reach(target) & placed_;
+  return is_own(target) || context_.beams.reach(target) & placed_;
 }
 
 bool StaleRays::is_own(uint32_t cell) const {
@@ -98,7 +98,7 @@ bool StaleRays::touches(uint32_t chain, bool apart) const {
   if (vertices.front().is_of_end()) {
     // It consists of the ray alone, which mark() tests, too.
     const uint32_t end = hits_.chains().end(chain);
-    return is_own(end) || present_.beams.reach(end) & placed_ ||
+    return is_own(end) || context_.beams.reach(end) & placed_ ||
            std::any_of(vertices.begin(), vertices.end(), [&](const Vertex& vertex) {
              return vertex.lamp() != scene::kNone && test_.touches_light(vertex.lamp(), own.to);
            });

@@ -14,7 +14,7 @@ namespace deltalux::gather {
 class StaleRays {
  public:
   /// `present`: the scene after the change.
-  StaleRays(const GatherHits& hits, const Present& present, const Change& change);
+  StaleRays(const GatherHits& hits, const Context& context, const Change& change);
 
   /// Whether the change misses all segments but the last of these chains, and the shadow rays at
   /// their vertices.
@@ -38,7 +38,7 @@ class StaleRays {
   bool touches(uint32_t chain, bool apart) const;
 
   const GatherHits& hits_;
-  const Present& present_;
+  const Context& context_;
   const Change& change_;
   trace::ChangeTest test_;
   std::vector<std::pair<uint32_t, uint32_t>> own_;  // cell ranges of the changed objects

@@ -52,7 +52,7 @@ void trace_all(State& s, Progress& progress, Frame& frame) {
   s.discs.clear_sums();
   s.sharing.added.clear();
   s.sharing.added_since.reset();
-  s.sharing.told.reset();
+  s.sharing.sent.reset();
   const uint64_t paths = s.paths.held.size();
   progress.begin("trace paths", paths);
   const PathCounts counts = trace_lights(s, progress);

@@ -42,7 +42,7 @@ std::vector<uint32_t> guide_candidates(const State& s) {
 
 gather::Evaluation choose_guides(State& s, const FirstFlights& others, Progress& progress) {
   const auto survey = [&](const gather::Evaluation& now) {
-    return gather::BrightnessSurvey(s.rays.present(), now, s.rays.lit_cells(now), s.options.seed,
+    return gather::BrightnessSurvey(s.rays.context(), now, s.rays.lit_cells(now), s.options.seed,
                                     s.workers, progress);
   };
   // The cells counted the direct light of beams and suns, so that these could be found; remove it,
@@ -69,10 +69,10 @@ gather::Evaluation choose_guides(State& s, const FirstFlights& others, Progress&
   };
   gather::Evaluation now = s.rays.evaluation(false);
   gather::BrightnessSurvey found = survey(now);
-  auto beams = gather::find_beams(s.rays.present(), now, found, s.options.seed);
+  auto beams = gather::find_beams(s.rays.context(), now, found, s.options.seed);
   std::vector<gather::Guide> with_beams;  // guides, as if there were no beams
   if (!beams.empty()) {
-    with_beams = gather::find_guides(s.rays.present(), now, found, progress);
+    with_beams = gather::find_guides(s.rays.context(), now, found, progress);
     now = choose([&] { s.rays.guiding.beams = std::move(beams); });
     found = survey(now);
   }
@@ -80,13 +80,13 @@ gather::Evaluation choose_guides(State& s, const FirstFlights& others, Progress&
   std::vector<uint32_t> suns = find_suns(s, found.hits, others);
   if (!suns.empty()) now = choose([&] { s.rays.guiding.suns = std::move(suns); });
   std::vector<gather::Guide>& guides = s.rays.guiding.guides;
-  guides = gather::find_guides(s.rays.present(), now, found, progress);
+  guides = gather::find_guides(s.rays.context(), now, found, progress);
   const auto append = [&](std::span<const gather::Guide> more) {
     guides.resize(std::min(guides.size(), gather::kMaxGuides - more.size()));
     guides.insert(guides.end(), more.begin(), more.end());
   };
   append(gather::find_beside_pools(with_beams, s.rays.beams, guides));
-  append(gather::find_portals(s.rays.present(), now, guides, s.options.seed, s.workers, progress));
+  append(gather::find_portals(s.rays.context(), now, guides, s.options.seed, s.workers, progress));
   return now;
 }
 

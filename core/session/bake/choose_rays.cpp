@@ -14,13 +14,13 @@ namespace {
 constexpr size_t kPlaces = 512;
 
 /// Casts a few rays from these receivers, to predict the memory of all rays.
-gather::GatherHits::PerRay few_rays(const gather::Present& present, uint64_t seed,
+gather::GatherHits::PerRay few_rays(const gather::Context& context, uint64_t seed,
                                     const Workers& workers) {
   constexpr uint32_t kRays = 32;
-  const std::vector<int8_t> as_told(present.receivers.size());
+  const std::vector<int8_t> as_told(context.receivers.size());
   gather::GatherHits hits({as_told, kRays}, seed);
   Progress part;
-  hits.cast(present, workers, part);
+  hits.cast(context, workers, part);
   return hits.per_ray();
 }
 
@@ -36,7 +36,7 @@ gather::GatherHits::PerRay pilot_rays(const State& s) {
     normals.push_back(pose.direction(s.samples.normal[i]));
   }
   const std::vector<direct::Receiver> receivers = s.rays.receivers_at(points, normals);
-  return few_rays(s.rays.present(receivers, {}), s.options.seed ^ kPilotSeed, s.workers);
+  return few_rays(s.rays.context(receivers, {}), s.options.seed ^ kPilotSeed, s.workers);
 }
 
 bool choose_need(State& s, const gather::Evaluation& now) {
@@ -65,7 +65,7 @@ void fit_rays(State& s) {
   const size_t before = s.forecast.bytes;
   s.forecast.bytes =
       size_t(double(before) +
-             all * few_rays(s.rays.present(some, {}), s.options.seed ^ kPilotSeed, s.workers)
+             all * few_rays(s.rays.context(some, {}), s.options.seed ^ kPilotSeed, s.workers)
                        .bytes(weighted) -
              ray_bytes(s, all, weighted));
   // If memory is short, all samples cast the standard number of rays, as was forecast.

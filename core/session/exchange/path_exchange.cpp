@@ -130,27 +130,27 @@ PathChanges Exchange::path_changes() {
     throw OptionError(
         "path_changes: found a session that is not baked or evaluates light, expected a baked one "
         "with a path_range that has paths");
-  // If memory runs out below, nothing counts as told, and the next changes are those of all sums.
-  std::unique_ptr<ToldSums> told = std::move(s.sharing.told);
-  const bool first = !told;
+  // If memory runs out below, nothing counts as sent, and the next changes are those of all sums.
+  std::unique_ptr<SentSums> sent = std::move(s.sharing.sent);
+  const bool first = !sent;
   PathChanges out;
   out.edits = s.edits;
   if (first)
-    told = std::make_unique<ToldSums>();
+    sent = std::make_unique<SentSums>();
   else
-    out.since = told->edits;
+    out.since = sent->edits;
   if (out.since != out.edits) out.ranges = {*s.options.range};
-  told->edits = s.edits;
-  told->groups = s.cell_groups();
+  sent->edits = s.edits;
+  sent->groups = s.cell_groups();
   if (first) s.discs.sum_marks.assign(s.discs.sums.empty() ? 0 : s.discs.mark_count(), 1);
-  out.discs = take_discs(s, told->discs);
+  out.discs = take_discs(s, sent->discs);
   if (s.gathers()) {
     gather::CellSums& sums = s.cells.sums;
     if (first) s.cells.touch_all();
-    out.cells = take_cells(sums, told->cells);
+    out.cells = take_cells(sums, sent->cells);
   }
   if (first && s.counts_openness()) out.openness = own_openness(s);
-  s.sharing.told = std::move(told);
+  s.sharing.sent = std::move(sent);
   return out;
 }
 
@@ -260,9 +260,9 @@ void Exchange::ask_for(std::span<const uint32_t> lights) {
   s.rays.guiding = std::move(fresh);
   for (const uint32_t light : lights) {
     leave_out(s, light, own);
-    if (s.sharing.told)
+    if (s.sharing.sent)
       leave_out(s, light, own,
-                s.sharing.told->cells);  // the session that adds up the sums subtracts it there
+                s.sharing.sent->cells);  // the session that adds up the sums subtracts it there
   }
 }
 

@@ -263,7 +263,7 @@ gather::GatherHits Exchange::cast_gather_rays(size_t first, size_t last, Archive
   gather::Guiding aims;
   aims.restore(archive, s.lights, last - first, s.options.gather_rays);
   gather::GatherHits hits({aims.doublings, s.options.gather_rays}, s.options.seed);
-  hits.cast(s.rays.present(std::span(s.direct.receivers).subspan(first, last - first), aims),
+  hits.cast(s.rays.context(std::span(s.direct.receivers).subspan(first, last - first), aims),
             s.workers, progress);
   return hits;
 }
@@ -273,7 +273,7 @@ void Exchange::take_hits(size_t first, size_t last, ArchiveSource& archive) {
   begun(true);
   s.sharing.begun->awaited.check_missing(first, last);
   Progress part;
-  s.sharing.begun->hits.restore_samples(first, last, archive, s.rays.present(), part);
+  s.sharing.begun->hits.restore_samples(first, last, archive, s.rays.context(), part);
   s.sharing.begun->awaited.take(first, last);
   if (!s.sharing.begun->awaited.over()) return;
   s.rays.hits = std::move(s.sharing.begun->hits);

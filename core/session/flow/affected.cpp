@@ -20,7 +20,7 @@ constexpr size_t kGrain = 16 * BounceSegments::kChunk;
 constexpr size_t kAhead = 16;
 
 /// The result of searching one block of slots; the results of all blocks are joined in order.
-struct Found {
+struct BlockResult {
   std::vector<AffectedSegment> affected;
   std::vector<std::vector<uint32_t>> near;
   uint64_t candidates = 0;
@@ -49,8 +49,8 @@ class Finder {
     }
   }
 
-  Found search(const BounceSegments& stored, uint32_t begin, uint32_t end) const {
-    Found found;
+  BlockResult search(const BounceSegments& stored, uint32_t begin, uint32_t end) const {
+    BlockResult found;
     found.near.resize(changes_.size());
     thread_local std::vector<uint32_t> candidates;
     candidates.clear();
@@ -82,7 +82,7 @@ class Finder {
 
   /// Tests one candidate exactly: does the edit change its first hit, or does it pass an object's
   /// own samples?
-  void test(const BounceSegments& stored, uint32_t slot, Found& found) const {
+  void test(const BounceSegments& stored, uint32_t slot, BlockResult& found) const {
     const Segment& segment = stored.at(slot);
     if (segment.length < 0) return;
     const Vec3f o = segment.origin, w = decode_direction(segment.direction);
@@ -144,13 +144,13 @@ Affected find_affected(const State& state, std::span<const ObjectChange> changes
   progress.begin("find affected paths", bounces.size());
   for (size_t bounce = 0; bounce < bounces.size(); ++bounce) {
     const BounceSegments& stored = bounces[bounce];
-    std::vector<Found> blocks((stored.size() + kGrain - 1) / kGrain);
+    std::vector<BlockResult> blocks((stored.size() + kGrain - 1) / kGrain);
     state.workers.for_blocks(stored.size(), kGrain, [&](size_t begin, size_t end) {
       progress.check();
       blocks[begin / kGrain] = finder.search(stored, uint32_t(begin), uint32_t(end));
     });
     out.scanned += stored.size();
-    for (const Found& block : blocks) {
+    for (const BlockResult& block : blocks) {
       out.candidates += block.candidates;
       out.segments[bounce].insert(out.segments[bounce].end(), block.affected.begin(),
                                   block.affected.end());

@@ -50,7 +50,7 @@ void ImageLayer::follow(const gather::Evaluation& now, Progress& progress) {
                               const gather::Guiding& guiding, const gather::Change& change) {
     if (!hits.samples()) return;
     Progress part;
-    const gather::Present here = rays.present(batch.receivers, guiding);
+    const gather::Context here = rays.context(batch.receivers, guiding);
     hits.note(here, change);
     hits.follow(here, world.workers, part, [](size_t) {}, [&] { return !progress.cancelled(); });
     progress.check();

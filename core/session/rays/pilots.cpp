@@ -37,7 +37,7 @@ gather::PilotEstimate pilot_of(const RayLayer& layer, const gather::GatherHits& 
   return pilot;
 }
 
-std::vector<gather::PilotEstimate> pilots_of(const RayLayer& layer, const Places& places,
+std::vector<gather::PilotEstimate> pilots_of(const RayLayer& layer, const PilotReceivers& places,
                                              uint32_t rays, const gather::Evaluation& now) {
   const World& world = layer.world;
   const gather::RayCounts counts = pilot_rays_of(places.receivers.size(), rays);
@@ -56,7 +56,7 @@ std::vector<int8_t> doublings_of(const RayLayer& layer, std::span<const direct::
                                  std::span<const gather::PilotEstimate> pilots, uint32_t rays) {
   const World& world = layer.world;
   std::vector<int8_t> doublings(receivers.size());
-  const gather::Present here = layer.present(receivers, layer.guiding);
+  const gather::Context here = layer.context(receivers, layer.guiding);
   const gather::SlitFinder in_slit(here, world.options.seed);
   // A place that is dark while some lights are off or dimmed to 0 may be noisy once they are on.
   bool all_lit = true;
@@ -73,7 +73,7 @@ std::vector<int8_t> doublings_of(const RayLayer& layer, std::span<const direct::
   return doublings;
 }
 
-std::vector<int8_t> piloted(const RayLayer& layer, const Places& places, uint32_t rays,
+std::vector<int8_t> piloted(const RayLayer& layer, const PilotReceivers& places, uint32_t rays,
                             const gather::Evaluation& now) {
   return doublings_of(layer, places.receivers, pilots_of(layer, places, rays, now), rays);
 }

@@ -92,14 +92,14 @@ gather::GatherHits RayLayer::uncast(std::span<const gather::SeenTargets> seen) {
   return out;
 }
 
-void RayLayer::cast(Progress& progress) { hits.cast(present(), world.workers, progress); }
+void RayLayer::cast(Progress& progress) { hits.cast(context(), world.workers, progress); }
 
 gather::GatherHits RayLayer::hits_of(std::span<const direct::Receiver> receivers,
                                      const gather::Guiding& by, const gather::RayCounts& rays,
                                      uint64_t seed, const gather::Evaluation& now) const {
   Progress part;
   gather::GatherHits out(rays, seed);
-  out.cast(present(receivers, by), world.workers, part);
+  out.cast(context(receivers, by), world.workers, part);
   out.paint(now.paint(), world.workers);
   return out;
 }
@@ -122,7 +122,7 @@ void RayLayer::note_beams(gather::Change& change) {
 void RayLayer::note(gather::Change& change) {
   note_beams(change);
   suns = gather::Suns(guiding.suns, world.lights);
-  hits.note(present(), change);
+  hits.note(context(), change);
 }
 
 gather::GatherHits::Cast RayLayer::follow(Progress& progress, const std::function<bool()>& more) {
@@ -130,7 +130,7 @@ gather::GatherHits::Cast RayLayer::follow(Progress& progress, const std::functio
   const auto renew = [&](size_t sample) {
     if (!guiding.empty()) guiding.allotments[sample] = allotment(targets, sample);
   };
-  return hits.follow(present(), world.workers, progress, renew, more);
+  return hits.follow(context(), world.workers, progress, renew, more);
 }
 
 void RayLayer::clear() {
@@ -162,7 +162,7 @@ void RayLayer::restore(ArchiveSource& archive, Progress& progress) {
     hits = uncast(targets_of_samples(progress));
   else
     hits = gather::GatherHits({guiding.doublings, world.options.gather_rays}, world.options.seed);
-  hits.restore(archive, present(), world.workers, progress);
+  hits.restore(archive, context(), world.workers, progress);
 }
 
 }  // namespace deltalux::session

@@ -47,14 +47,14 @@ struct RayLayer {
   std::vector<uint8_t> lights_by_shadow_ray() const { return lights_by_shadow_ray(guiding); }
   std::vector<uint8_t> lights_by_shadow_ray(const gather::Guiding& by) const;
   /// What rays of these receivers depend on; or those of all samples.
-  gather::Present present(std::span<const direct::Receiver> receivers,
+  gather::Context context(std::span<const direct::Receiver> receivers,
                           const gather::Guiding& by) const {
     return {world.scene, *world.caster, world.lights, receivers, cells.division, by, beams, suns};
   }
-  gather::Present present() const { return present(direct.receivers, guiding); }
+  gather::Context context() const { return context(direct.receivers, guiding); }
   /// The cells that send light at present.
   gather::LitCells lit_cells(const gather::Evaluation& now) const {
-    return {present(), now, cells.coverage.covered()};
+    return {context(), now, cells.coverage.covered()};
   }
   /// The light of all cells at present. Brings the caches of cells and hits up to date.
   gather::Evaluation evaluation(bool errors);
@@ -62,7 +62,7 @@ struct RayLayer {
   std::vector<direct::Receiver> receivers_at(std::span<const Vec3f> points,
                                              std::span<const Vec3f> normals) const;
 
-  /// Places beams and suns in the present scene.
+  /// PilotReceivers beams and suns in the present scene.
   void place();
   /// The targets that receivers see, where `rays` is the standard number; empty if there are none.
   std::vector<gather::SeenTargets> targets_at(std::span<const direct::Receiver> receivers,

@@ -13,7 +13,7 @@
 namespace deltalux::session {
 
 /// The sums that Exchange::path_changes() returned last.
-struct ToldSums {
+struct SentSums {
   std::vector<int64_t> discs, cells;
   uint32_t groups = 1;  ///< that `cells` is laid out for
   uint64_t edits = 0;
@@ -34,7 +34,7 @@ struct Sharing {
   /// in these sums; and the edits in effect when those of all paths were, nullopt: never yet.
   std::vector<PathRange> added;
   std::optional<uint64_t> added_since;
-  std::unique_ptr<ToldSums> told;
+  std::unique_ptr<SentSums> sent;
   std::unique_ptr<BegunGather> begun;
   std::vector<double> joined_factors;       ///< those of the gather that join_gather() joined
   std::unique_ptr<Awaited> awaited_direct;  ///< null: direct light is there
@@ -45,7 +45,7 @@ struct Sharing {
     for (const PathRange& range : added) paths += range.last - range.first;
     return paths;
   }
-  size_t bytes() const { return (begun ? begun->hits.bytes() : 0) + (told ? told->bytes() : 0); }
+  size_t bytes() const { return (begun ? begun->hits.bytes() : 0) + (sent ? sent->bytes() : 0); }
 };
 
 }  // namespace deltalux::session

@@ -8,7 +8,7 @@
 
 namespace deltalux::session {
 
-void ToldSums::set_groups(uint32_t count) {
+void SentSums::set_groups(uint32_t count) {
   gather::regroup(cells, kBatches, groups, count);
   groups = count;
 }

@@ -107,7 +107,7 @@ struct State : World {
  private:
   /// Lays out the sums on discs, and what others were told of them.
   void lay_out_sums() {
-    if (sharing.told) sharing.told->set_groups(cell_groups());
+    if (sharing.sent) sharing.sent->set_groups(cell_groups());
     discs.lay_out_sums();
   }
 };
