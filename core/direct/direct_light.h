@@ -20,8 +20,8 @@
 
 namespace deltalux::direct {
 
-/// What direct light is computed from: the scene as it is now. Lights keep their indices; new lights
-/// are appended.
+/// What direct light is computed from: the scene as it is now. Lights keep their indices; new
+/// lights are appended.
 struct Context {
   const trace::RayCaster& caster;
   std::span<const trace::Light> lights;
