@@ -205,6 +205,20 @@ double AreaShape::rough(const Receiver& receiver) const {
   return double(area_) * double(above) * double(front) / (double(squared) * double(squared));
 }
 
+bool AreaShape::may_reach(const Box& points) const {
+  if (two_sided_ || facing_ == Vec3f{}) return true;
+  // As in rough(), with the double of its margin.
+  float highest = -kFarthest, farthest = radius_;
+  for (int k = 0; k < 8; ++k) {
+    const Vec3f corner{k & 1 ? points.low.x : points.high.x, k & 2 ? points.low.y : points.high.y,
+                       k & 4 ? points.low.z : points.high.z};
+    const Vec3f d = centre_ - corner;
+    highest = std::max(highest, -dot(facing_, d));
+    farthest = std::max(farthest, length(d) + position_slack(corner));
+  }
+  return highest + 4e-3f * farthest > 0;
+}
+
 bool AreaShape::is_minor(const Receiver& receiver) const {
   return minor_ > 0 && about(receiver) < minor_;
 }

@@ -46,6 +46,7 @@ class AreaShape final : public LightShape {
   void find_outline(const Box& bounds);
   double full(const Receiver& receiver) const override;
   double rough(const Receiver& receiver) const override;
+  bool may_reach(const Box& points) const override;
   struct Places;
   /// Makes rays to places in the strata with those lower corners, jittered.
   void cast_places(const Receiver& receiver, const Places& places, uint32_t stream,

@@ -46,6 +46,10 @@ class PunctualShape final : public LightShape {
   double full(const Receiver& receiver) const override {
     return light_.kind->irradiance(light_, receiver.point, receiver.normal, receiver.slack());
   }
+  bool may_reach(const Box& points) const override {
+    return light_.kind->is_parallel() ||
+           light_.kind->may_reach(light_, points.centre(), 0.5001f * points.diagonal());
+  }
 
   lights::Punctual light_;
 };

@@ -77,6 +77,8 @@ class LightShape {
   /// A fast approximation of open(): zero only if open() is zero; otherwise within a small factor
   /// of it, unless the receiver is close to the light.
   double about(const Receiver& receiver) const { return receives(receiver) ? rough(receiver) : 0; }
+  /// Whether about() may be more than 0 for a receiver in the box; false only if it is for none.
+  bool may_light(const Box& points) const { return on_ && may_reach(points); }
   /// Whether the light is small as seen from the receiver, so that all its points contribute about
   /// equally.
   virtual bool is_small(const Receiver&) const { return true; }
@@ -129,6 +131,7 @@ class LightShape {
   /// open() and about() where the light is on and the receiver has a side.
   virtual double full(const Receiver& receiver) const = 0;
   virtual double rough(const Receiver& receiver) const { return full(receiver); }
+  virtual bool may_reach(const Box& points) const = 0;
 
   bool on_;
   uint64_t key_;

@@ -35,6 +35,8 @@ void Change::merge(const Change& later) {
   }
   lights.resize(std::max(lights.size(), later.lights.size()), 0);
   for (size_t i = 0; i < later.lights.size(); ++i) lights[i] |= later.lights[i];
+  if (before.size() <= kMaxBefore)
+    before.insert(before.end(), later.before.begin(), later.before.end());
 }
 
 ChangeTest::ChangeTest(const Change& change, std::span<const Light> lights, float slack)

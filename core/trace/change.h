@@ -25,6 +25,10 @@ struct Change {
   std::vector<MovedObject> objects;
   /// By light: 1 if what it sends differs, since it was moved, turned, switched or added.
   std::vector<uint8_t> lights;
+  /// What those lights were before, in any order, with all states in between; if these are more
+  /// than kMaxBefore, not all.
+  std::vector<Light> before{};
+  static constexpr size_t kMaxBefore = 64;
 
   bool changes(uint32_t light) const { return light < lights.size() && lights[light]; }
   bool changes_lights() const;

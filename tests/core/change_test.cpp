@@ -138,7 +138,9 @@ TEST(Change, LampsThatTurnAboutTheirDirectionSendOtherLight) {
     Progress progress;
     Session session(room_with_sectors(), session::some_samples(), chosen);
     session.bake(progress);
-    if (chosen.gather_rays) EXPECT_EQ(session.state().rays.guiding.beams.size(), 1u);
+    if (chosen.gather_rays) {
+      EXPECT_EQ(session.state().rays.guiding.beams.size(), 1u);
+    }
     const std::vector<double> first = light_of(session);
     std::vector<std::array<uint64_t, 4>> digests{session.digest()};
     for (const Pose& pose : {turned(0.6, 0.8), turned(0, 1), turned(1, 0)}) {
@@ -191,6 +193,72 @@ TEST(Change, RaysAreCastAgainWhereSomethingMovedAlone) {
   EXPECT_GT(moved.changed_rays, 0u);
   // Nothing moved: everything that is asked again answers as before.
   EXPECT_EQ(frame(scene::Move{1, session::at(1.01, 1)}).gathered_rays, 0u);
+}
+
+/// Samples along the foot or the top of two walls, whose rays often begin chains.
+samples::SampleSet along_walls(float height, float facing) {
+  samples::SampleSet set;
+  for (int i = 0; i < 32; ++i) {
+    const float along = 0.1f + 0.1f * float(i);
+    set.point.push_back(i % 2 ? Vec3f{along, height, 0.03f} : Vec3f{0.03f, height, along});
+    set.normal.push_back({0, facing, 0});
+    set.attached.push_back(scene::kNone);
+  }
+  set.radius.assign(set.point.size(), 0.2f);
+  return set;
+}
+
+TEST(Change, ChainsBehindALampThatMovedAreNotCastAgain) {
+  scene::Scene scene = session::room();
+  scene.objects.push_back(session::second_lamp());  // it shines down, at a height of 2
+  scene.finish();
+  Progress progress;
+  const auto again = [&](const samples::SampleSet& samples, const scene::Edit& edit) {
+    Session session(scene, samples, session::gathering(1));
+    session.bake(progress);
+    const session::Frame frame = session.update(std::vector<scene::Edit>{edit}, 0, progress);
+    const std::array<uint64_t, 4> updated = session.digest();
+    const std::vector<double> light = light_of(session);
+    session.recompute(progress);
+    EXPECT_EQ(session.digest(), updated);
+    EXPECT_EQ(light_of(session), light);
+    return double(frame.gathered_rays) / double(session.state().rays.hits.rays().all());
+  };
+  Pose aside = scene.objects[2].pose, turned = aside;
+  aside.translation.x += 0.1;
+  turned.row[0] = {-1, 0, 0}, turned.row[1] = {0, -1, 0};  // it shines up
+  EXPECT_LT(again(along_walls(2.999f, -1), scene::Move{2, aside}), 0.05);
+  EXPECT_GT(again(along_walls(0.001f, 1), scene::Move{2, aside}), 0.3);
+  EXPECT_GT(again(along_walls(2.999f, -1), scene::Move{2, turned}), 0.3);
+  EXPECT_GT(again(along_walls(0.001f, 1), scene::SetPresent{2, false}), 0.3);
+}
+
+TEST(LightShape, MayLightWhereverItGivesSomething) {
+  scene::Scene scene = session::room_with_spot();
+  scene.objects.push_back(session::second_lamp());
+  direct::add_quad(scene.objects[2], {-0.2f, 0.2f, -0.2f}, {0, 0.1f, 0}, {0.4f, 0, 0}, 1);
+  scene.finish();
+  size_t dark = 0;
+  for (const Light& light : find_lights(scene)) {
+    const auto shape = direct::shape_of(light, 0, 1);
+    for (uint32_t i = 0; i < 4000; ++i) {
+      const auto r = sobol::sample(i, 3), q = sobol::sample(i, 4);
+      const Vec3f low{4 * r[0], 3 * r[1], 4 * r[2]}, size{q[0], q[1], q[2]};
+      const Box box{low, low + size * (r[3] * r[3])};
+      const bool may = shape->may_light(box);
+      dark += !may;
+      for (uint32_t k = 0; k < 16 && !may; ++k) {
+        const auto p = sobol::sample(k, i), n = sobol::sample(k, i + 1);
+        const Vec3f extent = box.extent();
+        const direct::Receiver at{
+            box.low + Vec3f{extent.x * p[0], extent.y * p[1], extent.z * p[2]},
+            normalize(Vec3f{n[0] - 0.5f, n[1] - 0.5f, n[2] - 0.5f}), scene::kNone, 0};
+        ASSERT_EQ(shape->about(at), 0) << i;
+        ASSERT_EQ(shape->open(at), 0) << i;
+      }
+    }
+  }
+  EXPECT_GT(dark, 3000u);
 }
 
 }  // namespace

@@ -66,6 +66,7 @@ def test_edits_and_values_are_those_of_a_session_to_the_bit(
     frame, expected = client.update(), own.update()
     assert frame.affected_paths == expected.affected_paths > 0
     assert frame.retraced_segments == expected.retraced_segments
+    assert (frame.gathered_rays, frame.changed_rays) == (expected.gathered_rays, expected.changed_rays)
     assert frame.done == 1
     assert_same(client, own)
     for target in (client, own):

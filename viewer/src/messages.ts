@@ -141,6 +141,8 @@ export interface FrameMessage {
   paths: number
   retraced_segments: number
   segments: number
+  gathered_rays: number
+  changed_rays: number
   done: number
   static_method: string | null
   moving_method: string | null

@@ -9,9 +9,6 @@
 namespace deltalux::gather {
 namespace {
 
-// A group of more lights than this has a tree of them.
-constexpr size_t kMany = 64;
-
 /// Replaces LightShape::glance close to a light, where points drawn uniformly differ much in
 /// contribution: returns the exact unshadowed irradiance, and one of many shadow rays, chosen by
 /// its share of it.

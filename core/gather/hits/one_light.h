@@ -17,6 +17,8 @@ using Draw = std::array<float, 2>;
 
 class OneLight {
  public:
+  /// A group of more lights than this has a tree of them, whose choices depend on all of them.
+  static constexpr size_t kMany = 64;
   /// Chooses among the lights for which takes_part(index) holds.
   OneLight(std::span<const trace::Light> lights, const std::function<bool(uint32_t)>& takes_part,
            uint32_t groups, uint64_t seed);

@@ -17,13 +17,35 @@ StaleRays::StaleRays(const GatherHits& hits, const Context& context, const Chang
       context_(context),
       change_(change),
       test_(change.scene, context.lights, trace::shadow_slack(context.caster)),
-      lights_(change.scene.changes_lights()),
       suns_(std::any_of(context.guiding.suns.begin(), context.guiding.suns.end(),
                         [&](uint32_t sun) { return change.scene.changes(sun); })),
       placed_(context.beams.placed(change.scene)) {
   for (const trace::MovedObject& moved : change.scene.objects)
     own_.push_back(context.cells.of_object(moved.object));
+  find_changed_lights();
   if (context.beams.size() && !placed_) shade_beams();
+}
+
+void StaleRays::find_changed_lights() {
+  const std::span<const trace::Light> lights = context_.lights;
+  std::vector<size_t> members;  // by group: lights with a place
+  for (const trace::Light& light : lights) {
+    members.resize(std::max(members.size(), size_t(light.group) + 1));
+    members[light.group] += !light.is_parallel();
+  }
+  const auto add = [&](const trace::Light& light) {
+    everywhere_ |= members[light.group] > OneLight::kMany;
+    changed_.push_back(direct::shape_of(light, 0, 0));
+  };
+  for (uint32_t light = 0; light < lights.size(); ++light)
+    if (change_.scene.changes(light)) add(lights[light]);
+  for (const trace::Light& light : change_.scene.before) add(light);
+  everywhere_ |= changed_.size() > trace::Change::kMaxBefore;
+}
+
+bool StaleRays::lit_by_changed(const Box& points) const {
+  return everywhere_ || std::any_of(changed_.begin(), changed_.end(),
+                                    [&](const auto& shape) { return shape->may_light(points); });
 }
 
 void StaleRays::shade_beams() {
@@ -103,8 +125,9 @@ bool StaleRays::touches(uint32_t chain, bool apart) const {
              return vertex.lamp() != scene::kNone && test_.touches_light(vertex.lamp(), own.to);
            });
   }
-  // Which of the lights a vertex asks depends on all lights.
-  return lights_ || test_.touches(own, [&](const auto& visit) {
+  // Which of the lights a vertex asks depends on all lights that may give something there; where
+  // directions go, on all beams.
+  return placed_ || lit_by_changed(own.near) || test_.touches(own, [&](const auto& visit) {
     for (const Vertex& vertex : vertices)
       if (vertex.lamp() != scene::kNone && (vertex.is_of_end() || !apart))
         visit(vertex.lamp(), vertex.is_of_end());

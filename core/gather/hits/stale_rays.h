@@ -34,6 +34,11 @@ class StaleRays {
   bool gone(uint32_t target, bool apart) const;
   /// Whether the cell is one of an object that was moved.
   bool is_own(uint32_t cell) const;
+  /// Collects the shapes of the lights that changed.
+  void find_changed_lights();
+  /// Whether one of them may give something, or gave, to a point of the box, so that others are
+  /// asked there with other chances.
+  bool lit_by_changed(const Box& points) const;
   /// Whether the change may affect the chain.
   bool touches(uint32_t chain, bool apart) const;
 
@@ -42,8 +47,10 @@ class StaleRays {
   const Change& change_;
   trace::ChangeTest test_;
   std::vector<std::pair<uint32_t, uint32_t>> own_;  // cell ranges of the changed objects
-  bool lights_, suns_;  // whether any light changed, and one of the suns that are asked at hits
-  uint64_t placed_;     // one bit per beam: its lamp changed
+  bool suns_;                    // whether one of the suns that are asked at hits changed
+  direct::Shapes changed_;       // of the lights that changed, before and after
+  bool everywhere_ = false;      // whether these may matter anywhere
+  uint64_t placed_;              // one bit per beam: its lamp changed
   std::vector<uint8_t> shaded_;  // by cell, see shade_beams(); empty if none is
 };
 

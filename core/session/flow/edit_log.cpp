@@ -145,8 +145,10 @@ void EditLog::find_change() {
   for (const ObjectChange& c : changes_)
     change_.objects.push_back({c.object, boxes_of({&c, 1}), c.after});
   change_.lights.assign(s_.lights.size(), 0);
-  for (const auto& [l, before] : old_placed_)
+  for (const auto& [l, before] : old_placed_) {
     change_.lights[l] = !trace::sends_alike(before, s_.lights[l]);
+    if (change_.lights[l]) change_.before.push_back(before);
+  }
   std::fill(change_.lights.begin() + long(old_lights_), change_.lights.end(), uint8_t(1));
 }
 

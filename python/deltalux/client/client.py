@@ -177,6 +177,8 @@ class Client:
         return Frame(
             affected_paths=figures["affected_paths"],
             retraced_segments=figures["retraced_segments"],
+            gathered_rays=figures["gathered_rays"],
+            changed_rays=figures["changed_rays"],
             milliseconds=figures["milliseconds"],
             done=figures["done"],
         )

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -46,6 +48,14 @@ def test_arrow_moves_along_its_axis_and_undo_brings_the_same_digest_back(viewer)
     assert checked_digest(viewer) == start
     viewer.after(lambda: viewer.press("Control+Shift+z"), "deltalux.state().server.redo === null")
     assert checked_digest(viewer) == there
+
+
+def test_figures_tell_how_many_of_the_rays_changed(viewer):
+    viewer.after(lambda: viewer.drag_arrow("X", (-30, 0)), "deltalux.state().server.undo !== null")
+    viewer.settle()
+    shown = viewer.page.locator("dl.figures").inner_text().splitlines()
+    rays = shown[shown.index("Gather rays cast") + 1]
+    assert re.fullmatch(r"[1-9][\d, ]* \((100|\d\d?) % changed\)", rays)
 
 
 @pytest.mark.parametrize("name", ["post", "crate"])  # the crate is selected: its upright arrow is in the way

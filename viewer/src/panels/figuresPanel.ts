@@ -61,6 +61,7 @@ function figures(frame: FrameMessage, latency: number | null): [string, string][
     ['Update', milliseconds(total)],
     ['Affected paths', ofAll(frame.affected_paths, frame.paths)],
     ['Re-traced segments', ofAll(frame.retraced_segments, frame.segments)],
+    ['Gather rays cast', raysCast(frame)],
     ['Share done', `${Math.floor(100 * frame.done)} %`],
     ['Method, static part', methodName(frame.static_method)],
     ['Method, moving part', methodName(frame.moving_method)],
@@ -79,6 +80,12 @@ export const unreachedText = (samples: number) =>
 
 const methodName = (method: string | null) => method?.replaceAll('_', ' ') ?? 'none'
 const sum = (parts: Record<string, number>) => Object.values(parts).reduce((a, b) => a + b, 0)
+
+/** After an update, also how many of the rays met something else: the others were cast in vain. */
+function raysCast({ gathered_rays, changed_rays }: FrameMessage): string {
+  if (changed_rays === 0) return count(gathered_rays)
+  return `${count(gathered_rays)} (${Math.round((100 * changed_rays) / gathered_rays)} % changed)`
+}
 
 function ofAll(part: number, whole: number): string {
   const percent = (100 * part) / Math.max(whole, 1)

@@ -27,6 +27,8 @@ class Figures:
     _milliseconds: dict[str, float] = field(default_factory=dict)
     _affected: int = 0
     _retraced: int = 0
+    _gathered: int = 0
+    _changed: int = 0
 
     def of_bake(self, session: Session, frame: Frame, revision: int, seconds: float) -> FrameMessage:
         """The `frame` message of a bake."""
@@ -70,12 +72,15 @@ class Figures:
 
     def _start_again(self) -> None:
         self._milliseconds, self._affected, self._retraced = {}, 0, 0
+        self._gathered, self._changed = 0, 0
 
     def _add(self, frame: Frame, more: Mapping[str, float]) -> None:
         for stage, value in (*frame.milliseconds.items(), *more.items()):
             self._milliseconds[stage] = self._milliseconds.get(stage, 0.0) + value
         self._affected += frame.affected_paths
         self._retraced += frame.retraced_segments
+        self._gathered += frame.gathered_rays
+        self._changed += frame.changed_rays
 
     def _message(
         self, session: Session, revision: int, done: float, speed_up: float | None, latency: float | None
@@ -89,6 +94,8 @@ class Figures:
             "paths": statistics["paths"],
             "retraced_segments": self._retraced,
             "segments": statistics["segments"],
+            "gathered_rays": self._gathered,
+            "changed_rays": self._changed,
             "done": done,
             "static_method": self._static_method,
             "moving_method": self._moving_method,

@@ -50,6 +50,8 @@ class FrameMessage(TypedDict):
     paths: int
     retraced_segments: int
     segments: int
+    gathered_rays: Annotated[int, "that were cast"]
+    changed_rays: Annotated[int, "of these, after updates: that met something else than before"]
     done: Annotated[float, "(1: all)"]
     static_method: str | None
     moving_method: Annotated[str | None, "(null: no such part, or it has no discs)"]
