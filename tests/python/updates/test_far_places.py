@@ -98,7 +98,7 @@ def test_files_keep_objects_outside(tmp_path, gather):
             assert digest_of(other) == digest_of(session)
 
 
-def test_a_cancelled_way_out_changes_nothing():
+def test_a_cancelled_way_out_changes_nothing(reports_at_once):
     scene = open_room()
     with dl.Session(scene, samples_in(scene), paths=20_000, gather=16) as session:
         session.bake()
