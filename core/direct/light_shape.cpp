@@ -47,8 +47,7 @@ class PunctualShape final : public LightShape {
     return light_.kind->irradiance(light_, receiver.point, receiver.normal, receiver.slack());
   }
   bool may_reach(const Box& points) const override {
-    return light_.kind->is_parallel() ||
-           light_.kind->may_reach(light_, points.centre(), 0.5001f * points.diagonal());
+    return light_.kind->may_reach(light_, points);
   }
 
   lights::Punctual light_;

@@ -13,4 +13,8 @@ bool Kind::may_reach(const Punctual& light, Vec3f centre, float radius) const {
   return all.may_meet(centre - light.position, radius);
 }
 
+bool Kind::may_reach(const Punctual& light, const Box& box) const {
+  return !box.empty() && may_reach(light, box.centre(), 0.5001f * box.diagonal());
+}
+
 }  // namespace deltalux::lights

@@ -64,6 +64,7 @@ class Kind {
   virtual float cone(const Punctual& light) const = 0;
   /// Whether its light may reach a point of the ball; false only if none can.
   bool may_reach(const Punctual& light, Vec3f centre, float radius) const;
+  bool may_reach(const Punctual& light, const Box& box) const;  ///< the same for a box
   /// Like cone(), for most of the light: gather rays may aim where a concentrated light lands.
   virtual float concentration(const Punctual& light) const { return cone(light); }
   /// The tables of a light with these parameters, which have no flaw.

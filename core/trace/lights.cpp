@@ -364,7 +364,7 @@ bool may_reach(const Light& light, const Box& box) {
   if (light.is_parallel()) return true;
   if (light.bounds.empty()) return false;
   const lights::Punctual& own = light.punctual;
-  return !own.kind || own.kind->may_reach(own, box.centre(), 0.5001f * box.diagonal());
+  return !own.kind || own.kind->may_reach(own, box);
 }
 
 std::vector<double> shares_by_power(std::span<const Light> lights) {

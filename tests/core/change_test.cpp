@@ -208,10 +208,23 @@ samples::SampleSet along_walls(float height, float facing) {
   return set;
 }
 
-TEST(Change, ChainsBehindALampThatMovedAreNotCastAgain) {
+/// The room with a lamp that shines down at a height of 2, and more lamps in its group.
+scene::Scene room_with_lamp(uint32_t more) {
   scene::Scene scene = session::room();
-  scene.objects.push_back(session::second_lamp());  // it shines down, at a height of 2
+  scene.objects.push_back(session::second_lamp());
+  scene::PunctualLight bulb{};
+  bulb.kind = &lights::kind_named("point");
+  bulb.intensity = {1, 1, 1};
+  for (uint32_t i = 0; i < more; ++i) {
+    bulb.position = {0.3f + 0.4f * float(i % 9), 2.5f, 0.3f + 0.4f * float(i / 9)};
+    scene.lights.push_back(bulb);
+  }
   scene.finish();
+  return scene;
+}
+
+TEST(Change, ChainsBehindALampThatMovedAreNotCastAgain) {
+  const scene::Scene scene = room_with_lamp(0);
   Progress progress;
   const auto again = [&](const samples::SampleSet& samples, const scene::Edit& edit) {
     Session session(scene, samples, session::gathering(1));
@@ -231,6 +244,57 @@ TEST(Change, ChainsBehindALampThatMovedAreNotCastAgain) {
   EXPECT_GT(again(along_walls(0.001f, 1), scene::Move{2, aside}), 0.3);
   EXPECT_GT(again(along_walls(2.999f, -1), scene::Move{2, turned}), 0.3);
   EXPECT_GT(again(along_walls(0.001f, 1), scene::SetPresent{2, false}), 0.3);
+}
+
+TEST(Change, OfManyLampsOneConcernsAllPlaces) {
+  // A group of more than 64 has a tree of them, by whose nodes all places choose.
+  Progress progress;
+  const scene::Scene scene = room_with_lamp(70);
+  Session session(scene, along_walls(2.999f, -1), session::gathering(1));
+  session.bake(progress);
+  Pose aside = scene.objects[2].pose;
+  aside.translation.x += 0.5;
+  session.update(std::vector<scene::Edit>{scene::Move{2, aside}}, 0, progress);
+  const std::vector<double> updated = light_of(session);
+  session.recompute(progress);
+  EXPECT_EQ(light_of(session), updated);
+}
+
+TEST(Change, LampsThatMovedWhileRaysWaitedCountWhereTheyWere) {
+  // In between, the lamp shines up, and some of the rays know it there.
+  const scene::Scene scene = room_with_lamp(0);
+  Pose up = scene.objects[2].pose, aside = up;
+  up.row[0] = {-1, 0, 0}, up.row[1] = {0, -1, 0};
+  aside.translation.x += 0.5;
+  size_t waited = 0;
+  for (const double budget_ms : {1e-6, 0.3, 1.0, 3.0}) {
+    Progress progress;
+    Session session(scene, along_walls(2.999f, -1), session::gathering(1));
+    session.bake(progress);
+    const auto update = [&](const Pose& pose, double budget) {
+      return session.update(std::vector<scene::Edit>{scene::Move{2, pose}}, budget, progress);
+    };
+    waited += update(up, budget_ms).done < 1;
+    update(aside, 0);
+    const std::vector<double> updated = light_of(session);
+    session.recompute(progress);
+    EXPECT_EQ(light_of(session), updated);
+  }
+  EXPECT_GT(waited, 0u);
+}
+
+TEST(Change, KeepsLampsOfEarlierChanges) {
+  const scene::Scene scene = room_with_lamps();
+  const std::vector<Light> lights = find_lights(scene);
+  Change first, second;
+  first.lights = {1}, first.before = {lights[0]};
+  second.lights = {0, 1}, second.before = {lights[1]};
+  first.merge(second);
+  EXPECT_EQ(first.lights, (std::vector<uint8_t>{1, 1}));
+  ASSERT_EQ(first.before.size(), 2u);
+  EXPECT_TRUE(sends_alike(first.before[0], lights[0]) && sends_alike(first.before[1], lights[1]));
+  for (size_t i = 0; i < 2 * Change::kMaxBefore; ++i) first.merge(second);
+  EXPECT_EQ(first.before.size(), Change::kMaxBefore + 1);  // one more tells that some are missing
 }
 
 TEST(LightShape, MayLightWhereverItGivesSomething) {

@@ -78,6 +78,47 @@ TEST(Guide, WhatSquaresRuleOutHasNoDensity) {
   EXPECT_GT(dense, kCount / 4);
 }
 
+/// Where no ray asks what stands before a lamp.
+struct Nowhere : direct::World {
+  Nowhere() {
+    scene.objects.emplace_back();
+    direct::add_quad(scene.objects[0], {0, 0, 0}, {1, 0, 0}, {0, 0, 1});
+    finish();
+  }
+};
+
+TEST(Targets, TellOfAllSquaresWhatEachTells) {
+  std::vector<Guide> guides;
+  for (uint32_t g = 0; g < 21; ++g) {
+    Guide guide = ramp(random_direction(g, 5) * 2.0f, 0.1f + 0.02f * float(g));
+    guide.normal = random_direction(g, 6), guide.radiosity = float(1 + g), guide.around = 3;
+    guides.push_back(guide);
+  }
+  const Nowhere world;
+  const Beams none;
+  const Targets targets(guides, none);
+  ASSERT_EQ(targets.size(), guides.size());
+  size_t bring = 0, dense = 0;
+  for (uint32_t i = 0; i < 4096; ++i) {
+    const Vec3f from = random_direction(i, 8) * 0.5f, n = random_direction(i, 9);
+    const Vec3f w = normalize(guides[i % 21].centre - from);
+    alignas(64) Targets::Values share, may;
+    targets.shares(from, n, share);
+    targets.may_be_dense(from, w, may);
+    for (size_t g = 0; g < targets.size(); ++g) {
+      ASSERT_EQ(targets.number(g), g);
+      ASSERT_EQ(&targets.numbered(uint16_t(g)), &targets[g]);
+      ASSERT_EQ(share[g], targets[g].share(from, n)) << i << ", guide " << g;
+      bool in_beam = false;
+      const bool is_dense = targets[g].density({from, w, 1, {}, *world.caster}, in_beam) > 0;
+      ASSERT_FALSE(is_dense && !(may[g] > 0)) << i << ", guide " << g;
+      bring += share[g] > 0, dense += is_dense;
+    }
+  }
+  EXPECT_GT(bring, 4096u);
+  EXPECT_GT(dense, 2048u);
+}
+
 TEST(Guide, DirectionsComeByTheirChances) {
   const Guide guide = ramp();
   const Vec3f from{1.5f, 0.6f, 0.5f};
@@ -104,15 +145,6 @@ TEST(Guide, DirectionsComeByTheirChances) {
       EXPECT_NEAR(found[k][i], expected[k][i], 2e-3);
     }
 }
-
-/// Where no ray asks what stands before a lamp.
-struct Nowhere : direct::World {
-  Nowhere() {
-    scene.objects.emplace_back();
-    direct::add_quad(scene.objects[0], {0, 0, 0}, {1, 0, 0}, {0, 0, 1});
-    finish();
-  }
-};
 
 /// Light from above a plane: a bright place, and a little from everywhere.
 double light(Vec3f from, Vec3f w) {

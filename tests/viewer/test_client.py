@@ -66,7 +66,6 @@ def test_edits_and_values_are_those_of_a_session_to_the_bit(
     frame, expected = client.update(), own.update()
     assert frame.affected_paths == expected.affected_paths > 0
     assert frame.retraced_segments == expected.retraced_segments
-    assert (frame.gathered_rays, frame.changed_rays) == (expected.gathered_rays, expected.changed_rays)
     assert frame.done == 1
     assert_same(client, own)
     for target in (client, own):
@@ -88,7 +87,9 @@ def test_a_session_that_gathers_has_the_same_bits(serve: Callable[..., Server], 
     ):
         for target in (client, own):
             edit(target)
-            target.update()
+        frame, expected = client.update(), own.update()
+        assert frame.gathered_rays == expected.gathered_rays > frame.changed_rays
+        assert frame.changed_rays == expected.changed_rays > 0
         assert np.array_equal(client.irradiance, own.irradiance)
         assert client.digest() == own.digest()
 

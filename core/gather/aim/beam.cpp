@@ -115,7 +115,7 @@ bool Beam::may_reach(Vec3f centre, float radius) const {
 }
 
 bool Beam::may_reach(const Box& box) const {
-  return !box.empty() && may_reach(box.centre(), 0.5001f * box.diagonal());
+  return light_.kind->may_reach(light_, box);
 }
 
 bool Beam::update(const trace::RayCaster& caster, const trace::Change& change,

@@ -71,7 +71,7 @@ struct Chain {
 /// Traces chains through the present scene.
 class ChainTracer {
  public:
-  /// `targets`: those of `present`.
+  /// `targets`: those of `context`.
   ChainTracer(const Context& context, const CellFinder& finder, const Targets& targets,
               uint64_t seed);
   /// Continues from the first hit, in `cell`, which is near or has a lobe that is not diffuse.

@@ -13,7 +13,7 @@ namespace deltalux::gather {
 /// What the constructor takes must outlive it.
 class StaleRays {
  public:
-  /// `present`: the scene after the change.
+  /// `context`: of the scene after the change.
   StaleRays(const GatherHits& hits, const Context& context, const Change& change);
 
   /// Whether the change misses all segments but the last of these chains, and the shadow rays at
