@@ -114,9 +114,7 @@ bool Beam::may_reach(Vec3f centre, float radius) const {
   return light_.kind->may_reach(light_, centre, radius);
 }
 
-bool Beam::may_reach(const Box& box) const {
-  return light_.kind->may_reach(light_, box);
-}
+bool Beam::may_reach(const Box& box) const { return light_.kind->may_reach(light_, box); }
 
 bool Beam::update(const trace::RayCaster& caster, const trace::Change& change,
                   std::span<uint8_t> differs) {
