@@ -163,7 +163,9 @@ TEST(FindBesidePools, KeepsGuidesWithLittleOfABeam) {
     guide.centre.x += 2;
     return guide;
   }();
-  const std::vector<Guide> all = {pool, little, aslant, beside};
+  Guide above = little;  // farther than its rise
+  above.centre = above.centre + point.normal * 0.05f;
+  const std::vector<Guide> all = {pool, little, aslant, beside, above};
   const std::vector<Guide> kept = find_beside_pools(all, beams, {});
   ASSERT_EQ(kept.size(), 1u);
   EXPECT_EQ(kept[0].half, little.half);
