@@ -66,29 +66,6 @@ nb::tuple path_changes(Session& session) {
                         to_tuple(std::move(changes.openness)));
 }
 
-/// Lights, the number of cells, places, and what lands there, (places, 3).
-nb::tuple first_flights(const Session& session) {
-  session::FirstFlights flights;
-  {
-    nb::gil_scoped_release release;
-    flights = session.exchange().first_flights();
-  }
-  const size_t lights = flights.lights.size(), n = flights.at.size();
-  std::vector<int64_t> quanta;
-  for (const auto& own : flights.quanta) quanta.insert(quanta.end(), own.begin(), own.end());
-  return nb::make_tuple(make_array(std::move(flights.lights), {lights}), flights.cells,
-                        make_array(std::move(flights.at), {n}),
-                        make_array(std::move(quanta), {n, 3}));
-}
-
-session::FirstFlights to_flights(const Column<uint32_t>& lights, uint64_t cells,
-                                 const Column<uint64_t>& at, const Rows<int64_t, 3>& quanta) {
-  session::FirstFlights flights{to_vector(lights), cells, to_vector(at), {}};
-  for (size_t i = 0; i < quanta.shape(0); ++i)
-    flights.quanta.push_back({quanta(i, 0), quanta(i, 1), quanta(i, 2)});
-  return flights;
-}
-
 constexpr size_t kSeenBytes = sizeof(gather::SeenTargets);
 using Seen = Rows<uint8_t, kSeenBytes>;
 
@@ -169,28 +146,12 @@ void bind_ranges(nb::class_<Session>& bound) {
             return make_array(std::move(gradient), {n, 3, 3});
           },
           nb::arg("discs"), nb::arg("moments"), nb::arg("progress").none())
-      .def("first_flights", &first_flights)
       .def(
           "gather",
-          [](Session& s, const Column<uint32_t>& lights, uint64_t cells, const Column<uint64_t>& at,
-             const Rows<int64_t, 3>& quanta, nb::object callback) {
-            const session::FirstFlights flights = to_flights(lights, cells, at, quanta);
-            run(callback, [&](Progress& p) { s.exchange().gather(flights, p); });
+          [](Session& s, nb::object callback) {
+            run(callback, [&](Progress& p) { s.exchange().gather(p); });
           },
-          nb::arg("lights"), nb::arg("cells"), nb::arg("at"), nb::arg("quanta"),
-          nb::arg("progress").none())
-      .def("asked_lights",
-           [](const Session& s) {
-             std::vector<uint32_t> lights = s.exchange().asked_lights();
-             const size_t n = lights.size();
-             return make_array(std::move(lights), {n});
-           })
-      .def(
-          "ask_for",
-          [](Session& s, const Column<uint32_t>& lights) {
-            s.exchange().ask_for(to_vector(lights));
-          },
-          nb::arg("lights"));
+          nb::arg("progress").none());
 }
 
 // long: a list of names.
@@ -198,12 +159,9 @@ void bind_shared_rays(nb::class_<Session>& bound) {
   bound
       .def(
           "begin_gather",
-          [](Session& s, const Column<uint32_t>& lights, uint64_t cells, const Column<uint64_t>& at,
-             const Rows<int64_t, 3>& quanta, nb::object callback) {
-            const session::FirstFlights flights = to_flights(lights, cells, at, quanta);
-            run(callback, [&](Progress& p) { s.exchange().begin_gather(flights, p); });
+          [](Session& s, nb::object callback) {
+            run(callback, [&](Progress& p) { s.exchange().begin_gather(p); });
           },
-          nb::arg("lights"), nb::arg("cells"), nb::arg("at"), nb::arg("quanta"),
           nb::arg("progress").none())
       .def("forget_bake", &Session::forget_bake)
       .def("awaits_direct", [](const Session& s) { return s.exchange().awaits_direct(); })
@@ -229,35 +187,14 @@ void bind_shared_rays(nb::class_<Session>& bound) {
           },
           nb::arg("first"), nb::arg("last"), nb::arg("source"))
       .def("is_gathering", [](const Session& s) { return s.exchange().is_gathering(); })
-      .def("save_gather", [](const Session& s) { return to_arrays(s.exchange().save_gather()); })
-      .def(
-          "join_gather",
-          [](Session& s, nb::object source) {
-            PythonSource archive(std::move(source));
-            nb::gil_scoped_release release;
-            s.exchange().join_gather(archive);
-          },
-          nb::arg("source"))
-      .def(
-          "direct_of_samples",
-          [](const Session& s, size_t first, size_t last) {
-            std::vector<double> out;
-            for (const Vec3d& own : s.exchange().direct_of_samples(first, last))
-              out.insert(out.end(), {own.x, own.y, own.z});
-            return make_array(std::move(out), {last - first, 3});
-          },
-          nb::arg("first"), nb::arg("last"))
       .def(
           "number_rays",
-          [](const Session& s, size_t first, const Rows<double, 3>& direct, nb::object callback) {
-            std::vector<Vec3d> own(direct.shape(0));
-            for (size_t i = 0; i < own.size(); ++i)
-              own[i] = {direct(i, 0), direct(i, 1), direct(i, 2)};
+          [](Session& s, size_t first, size_t last, nb::object callback) {
             session::RayNumbers numbers;
-            run(callback, [&](Progress& p) { numbers = s.exchange().number_rays(first, own, p); });
+            run(callback, [&](Progress& p) { numbers = s.exchange().number_rays(first, last, p); });
             return to_tuple(std::move(numbers));
           },
-          nb::arg("first"), nb::arg("direct"), nb::arg("progress").none())
+          nb::arg("first"), nb::arg("last"), nb::arg("progress").none())
       .def(
           "take_numbers",
           [](Session& s, const Seen& seen, const Column<int8_t>& doublings) {
@@ -282,7 +219,7 @@ void bind_shared_rays(nb::class_<Session>& bound) {
           nb::arg("first"), nb::arg("last"))
       .def(
           "cast_gather_rays",
-          [](const Session& s, size_t first, size_t last, nb::object source, nb::object callback) {
+          [](Session& s, size_t first, size_t last, nb::object source, nb::object callback) {
             PythonSource aims(std::move(source));
             std::optional<gather::GatherHits> hits;
             run(callback,

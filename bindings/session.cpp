@@ -212,6 +212,7 @@ void bind_session(nb::module_& m) {
       .def_prop_ro("baked", &Session::baked)
       .def_prop_ro("pending", &Session::pending_share)
       .def_prop_ro("edits_applied", &Session::edits_applied)
+      .def_prop_ro("is_as_loaded", [](const Session& s) { return s.state().is_as_loaded(); })
       .def("read",
            [](const Session& s) {
              const size_t n = s.state().samples.size();

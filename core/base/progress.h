@@ -12,6 +12,8 @@ namespace deltalux {
 /// Thread-safe. A stage is a string literal; its fraction is done/total.
 class Progress {
  public:
+  /// `whole`: a longer stage that this is a part of, which shows nothing of it but cancels it.
+  explicit Progress(const Progress* whole = nullptr) : whole_(whole) {}
   void begin(const char* stage, size_t total) {
     announce(stage, total);
     check();
@@ -28,7 +30,9 @@ class Progress {
     if (cancelled() || fault::due(fault::Kind::cancel)) throw Cancelled();
   }
   void cancel() { cancel_.store(true, std::memory_order_relaxed); }
-  bool cancelled() const { return cancel_.load(std::memory_order_relaxed); }
+  bool cancelled() const {
+    return cancel_.load(std::memory_order_relaxed) || (whole_ && whole_->cancelled());
+  }
   const char* stage() const { return stage_.load(std::memory_order_acquire); }
   double fraction() const {
     const double f = double(done_.load(std::memory_order_relaxed)) /
@@ -37,6 +41,7 @@ class Progress {
   }
 
  private:
+  const Progress* whole_;
   std::atomic<const char*> stage_{""};
   std::atomic<size_t> done_{0}, total_{1};
   std::atomic<bool> cancel_{false};

@@ -26,7 +26,8 @@ class Frame:
     changed_rays : of an update, how many of these brought something else than before
     milliseconds : wall-clock time by stage
     done : share of the pending work that is finished, 0 to 1; the least of paths, direct light and gather
-    rebake_gain : `Session.rebake_gain` after a recompute, 1 after a bake; None after an update, which does
+    rebake_gain : `Session.rebake_gain` after a recompute; 1 after a bake with lamps and reflectances as they
+        were loaded, None after one of others, and after an update, which does
         not take the time to compute it, and in sessions of a `path_range`
     """
 

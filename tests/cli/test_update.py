@@ -54,7 +54,7 @@ def test_a_bake_that_would_pay_is_told(cli: Cli, tmp_path: Path) -> None:
     with dl.Session(scene, samples, paths=20_000, gather=256, seed=7) as session:
         session.bake()
         session.save(file)
-    told = "a new bake may make the error up to"
+    told = "a bake of the scene as it is now may make the error up to"
     assert told not in " ".join(cli("update", file).out.split())
     move = ("--move", "sconce=-2.3,-0.25,3.3")  # to the wall on the other side
     assert told in " ".join(cli("update", file, *move).out.split())

@@ -21,7 +21,6 @@ struct BakedWorld : World {
   explicit BakedWorld(const Options& options) : World(room_with_spot(), some_samples(), options) {
     index_triangles(progress);
     allot_paths(progress);
-    choose_direct(0);
     resolve_radii(progress);
   }
   Progress progress;

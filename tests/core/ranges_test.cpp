@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <map>
 
 #include "base/error.h"
 #include "base/fault.h"
@@ -102,8 +101,7 @@ class Ranges {
   void bake() {
     begin();
     add_all();
-    whole_->exchange().gather(all_flights(), progress_);
-    for (const auto& part : parts_) part->exchange().ask_for(whole_->exchange().asked_lights());
+    whole_->exchange().gather(progress_);
   }
 
   void recompute() {
@@ -173,18 +171,6 @@ class Ranges {
   void add_all() {
     for (const auto& part : parts_)
       whole_->exchange().add_path_changes(part->exchange().path_changes());
-  }
-  FirstFlights all_flights() const {
-    FirstFlights all = parts_[0]->exchange().first_flights();
-    std::map<uint64_t, FirstFlights::Quanta> landed;
-    for (const auto& part : parts_) {
-      const FirstFlights own = part->exchange().first_flights();
-      for (size_t i = 0; i < own.at.size(); ++i)
-        for (size_t c = 0; c < 3; ++c) landed[own.at[i]][c] += own.quanta[i][c];
-    }
-    all.at.clear(), all.quanta.clear();
-    for (const auto& [at, quanta] : landed) all.at.push_back(at), all.quanta.push_back(quanta);
-    return all;
   }
   void reopen(std::unique_ptr<Session>& session) {
     MemoryArchive archive(session->save());
@@ -364,14 +350,14 @@ TEST(Ranges, RefuseWhatTheyCannotDo) {
   refused([&] { read(part); }, "holds paths 0 to 2000 of 4000");
   refused([&] { read(whole); },
           "found the sums of 0 paths after 0 edits, expected those of all 4000");
-  refused([&] { whole.exchange().gather({}, progress); }, "found the sums of 0 paths");
+  refused([&] { whole.exchange().gather(progress); }, "found the sums of 0 paths");
   refused([&] { whole.update(kSteps[0], 0, progress); }, "call gather()");
   refused([&] { whole.recompute(progress); }, "call gather()");
   refused([&] { whole.save(); }, "call gather()");
   refused([&] { part.exchange().add_path_changes({}); }, "expected a baked one of path_range");
   refused([&] { whole.exchange().path_changes(); },
           "found a session that is not baked or evaluates light");
-  refused([&] { part.exchange().gather({}, progress); }, "expected a baked one of path_range");
+  refused([&] { part.exchange().gather(progress); }, "expected a baked one of path_range");
   const PathChanges all = part.exchange().path_changes();
   PathChanges wrong = all;
   --wrong.discs.size;
@@ -384,44 +370,6 @@ TEST(Ranges, RefuseWhatTheyCannotDo) {
   std::vector<double> slopes(9 * some_samples().size());
   refused([&] { whole.read_gradient(slopes.data(), progress); }, "gradient: ");
   read(whole);
-}
-
-TEST(Ranges, AskForKnownLightsOnceEach) {
-  Progress progress;
-  Ranges ranges(room_with_spot(), gathering(1), 2);
-  Session &whole = ranges.whole(), &part = ranges.part(0);
-  whole.bake(progress);
-  part.bake(progress);
-  refused([&] { part.exchange().ask_for(std::vector<uint32_t>{1}); }, "found light 1");
-  refused([&] { part.exchange().ask_for(std::vector<uint32_t>{0, 0}); },
-          "lights that do not ascend");
-  refused([&] { whole.exchange().ask_for(std::vector<uint32_t>{0}); },
-          "found light 0, expected narrow");
-  const auto digest = part.digest();
-  refused([&] { part.exchange().ask_for(std::vector<uint32_t>{0, 1}); }, "found light 1");
-  EXPECT_EQ(part.digest(), digest);
-  EXPECT_TRUE(part.exchange().asked_lights().empty());
-  part.exchange().ask_for({});
-  part.exchange().ask_for(std::vector<uint32_t>{0});
-  EXPECT_EQ(part.exchange().asked_lights(), (std::vector<uint32_t>{0}));
-  refused([&] { part.exchange().ask_for(std::vector<uint32_t>{0}); },
-          "found light 0");  // already left out
-  Session discs(room_with_spot(), some_samples(),
-                of_range(options(1, DirectMode::paths, segments::SegmentEnd::first), 0, 2000));
-  discs.bake(progress);
-  refused([&] { discs.exchange().ask_for(std::vector<uint32_t>{0}); }, "found light 0");
-}
-
-TEST(Ranges, HaveNoFirstFlightsFromLightsThatAreOff) {
-  scene::Scene scene = room_with_spot();
-  scene.lights[0].attached = 1, scene.lights[0].position = {0, 1, 0};
-  scene.finish();
-  Progress progress;
-  Session part(scene, some_samples(), of_range(gathering(1), 0, 2000));
-  part.bake(progress);
-  EXPECT_EQ(part.exchange().first_flights().lights, (std::vector<uint32_t>{0}));
-  part.update(std::vector<scene::Edit>{scene::SetPresent{1, false}}, 0, progress);
-  EXPECT_TRUE(part.exchange().first_flights().lights.empty());
 }
 
 TEST(Ranges, RefuseToBeReadBeforeAllChangesOfAllEditsAreAdded) {
@@ -570,12 +518,11 @@ void expect_cancelled_looks_to_leave_everything(int64_t most_tried) {
     out->exchange().add_path_changes(told);
     return out;
   };
-  const FirstFlights flights = part.exchange().first_flights();
   // Count the checks of a look; then cancel at some of them, the last ones too.
   constexpr int64_t kMany = 1 << 30;
   const auto counted = whole();
   fault::arm(fault::Kind::cancel, kMany);
-  counted->exchange().gather(flights, progress);
+  counted->exchange().gather(progress);
   const int64_t checks = kMany - fault::countdown[size_t(fault::Kind::cancel)];
   fault::arm(fault::Kind::cancel, 0);
   EXPECT_GT(checks, 50);
@@ -584,13 +531,13 @@ void expect_cancelled_looks_to_leave_everything(int64_t most_tried) {
   const size_t forecast = session->forecast().bytes;
   for (int64_t check = checks; check > 0; check -= 1 + checks / most_tried) {
     fault::arm(fault::Kind::cancel, check);
-    EXPECT_THROW(session->exchange().gather(flights, progress), Cancelled) << check;
+    EXPECT_THROW(session->exchange().gather(progress), Cancelled) << check;
     fault::arm(fault::Kind::cancel, 0);
     EXPECT_EQ(session->exchange().path_sums().cells, before.cells);
     EXPECT_EQ(session->forecast().bytes, forecast);
-    EXPECT_TRUE(session->exchange().asked_lights().empty());
+    EXPECT_FALSE(session->state().rays.all_cast());
   }
-  session->exchange().gather(flights, progress);
+  session->exchange().gather(progress);
   EXPECT_EQ(session->digest(part.segments_hash()), one.digest());
 }
 

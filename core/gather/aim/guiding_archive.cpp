@@ -34,32 +34,26 @@ const char* flaw(const RayAllotment& allotments, uint32_t rays, size_t guides, s
 }
 
 /// Saves what belongs to no sample.
-void save_chosen(const Guiding& guiding, std::span<const Guide> guides, const RayNeed& need,
-                 ArchiveView& archive) {
-  archive.append(kGuides, guides);
+void save_chosen(const Guiding& guiding, ArchiveView& archive) {
+  archive.append(kGuides, guiding.guides);
   archive.append(kBeams, guiding.beams);
   archive.append(kSuns, guiding.suns);
-  archive.keep(kNeed, std::vector<RayNeed>{need});
+  archive.keep(kNeed, std::vector<RayNeed>{guiding.need});
 }
 
 }  // namespace
 
 void Guiding::save(ArchiveView& archive, bool current) const {
-  save_chosen(*this, guides, need, archive);
+  save_chosen(*this, archive);
   archive.append(kDoublings, doublings);
   if (current && !empty()) archive.append(kAllotments, allotments);
 }
 
 void Guiding::save_samples(size_t first, size_t last, ArchiveView& archive) const {
-  save_chosen(*this, guides, need, archive);
+  save_chosen(*this, archive);
   archive.append(kDoublings, std::span(doublings).subspan(first, last - first));
   if (!empty() && last > first)
     archive.append(kAllotments, std::span(allotments).subspan(first, last - first));
-}
-
-void Guiding::save_lights_by_shadow_ray(ArchiveView& archive) const {
-  save_chosen(*this, {}, {}, archive);
-  archive.append(kDoublings, std::span<const int8_t>());
 }
 
 void Guiding::restore(ArchiveSource& archive, std::span<const trace::Light> lights, size_t samples,

@@ -53,9 +53,6 @@ struct Guiding {
   void save(ArchiveView& archive, bool current) const;
   /// The same for samples [first, last) alone, whose allotments are current.
   void save_samples(size_t first, size_t last, ArchiveView& archive) const;
-  /// Saves for which lights gather rays cast shadow rays, and nothing that belongs to samples: all
-  /// that a session without gather rays restores.
-  void save_lights_by_shadow_ray(ArchiveView& archive) const;
   /// Restores what save() wrote; leaves `allotments` empty if they were not saved. `rays`: the
   /// standard number. Throws FormatError; this object is then useless.
   void restore(ArchiveSource& archive, std::span<const trace::Light> lights, size_t samples,

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Computes all sums of a scene from scratch.
 #pragma once
-#include <functional>
-
-#include "session/shared/path_sums.h"
 #include "session/state/frame.h"
 #include "session/state/state.h"
 
@@ -23,11 +20,9 @@ const std::vector<plan::PartPlan>& plan_parts(State& state, Progress& progress);
 /// it throws, the state remains damaged.
 void rebuild(State& state, Progress& progress);
 
-/// Casts the gather rays of all samples. `new_guides`: choose guides and ray counts, as a bake
-/// does; otherwise keep those of the bake. `others`: first flights of paths that other sessions
-/// hold; `chosen` is called once guides are chosen. In a session with a part of the paths, or
-/// without a final gather, this does nothing.
-void gather_light(State& state, Progress& progress, bool new_guides = false,
-                  const FirstFlights& others = {}, const std::function<void()>& chosen = {});
+/// Casts the gather rays of all samples, towards the guides of the bake. `new_numbers`: chooses
+/// their numbers, as a bake does. In a session with a part of the paths, or without a final gather,
+/// this does nothing.
+void gather_light(State& state, Progress& progress, bool new_numbers = false);
 
 }  // namespace deltalux::session

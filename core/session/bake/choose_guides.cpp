@@ -15,32 +15,20 @@ namespace deltalux::session {
 namespace {
 
 /// The suns that are worth a shadow ray at every gather hit. `hits`: see BrightnessSurvey.
-std::vector<uint32_t> find_suns(State& s, std::span<const uint32_t> hits,
-                                const FirstFlights& others) {
+std::vector<uint32_t> find_suns(State& s, std::span<const uint32_t> hits) {
   const Landings landings(s);
   const std::vector<trace::Light>& lights = s.lights;
   std::vector<uint32_t> suns;
   for (uint32_t i = 0; i < lights.size(); ++i)
     if (lights[i].is_parallel() && lights[i].on &&
-        landings.share_lit_by(i, hits, others) <= gather::Suns::kMaxLit)
+        landings.share_lit_by(i, hits) <= gather::Suns::kMaxLit)
       suns.push_back(i);
   return suns;
 }
 
 }  // namespace
 
-std::vector<uint32_t> guide_candidates(const State& s) {
-  const std::vector<uint8_t> asked = s.rays.lights_by_shadow_ray();
-  std::vector<uint32_t> lights;
-  for (uint32_t i = 0; i < s.lights.size(); ++i) {
-    const trace::Light& light = s.lights[i];
-    if (light.on && !asked[i] && (light.is_parallel() || gather::Beam::is_narrow(light)))
-      lights.push_back(i);
-  }
-  return lights;
-}
-
-gather::Evaluation choose_guides(State& s, const FirstFlights& others, Progress& progress) {
+gather::Evaluation choose_guides(State& s, Progress& progress) {
   const auto survey = [&](const gather::Evaluation& now) {
     return gather::BrightnessSurvey(s.rays.context(), now, s.rays.lit_cells(now), s.options.seed,
                                     s.workers, progress);
@@ -49,7 +37,6 @@ gather::Evaluation choose_guides(State& s, const FirstFlights& others, Progress&
   // since gather rays compute it by shadow rays from now on.
   const auto choose = [&](const auto& chosen) {
     const Landings before(s);
-    const std::vector<uint8_t> known = s.rays.lights_by_shadow_ray();
     chosen();
     const Landings after(s);
     // Direct light ends at later bounces, too, where it passes surfaces straight.
@@ -61,9 +48,6 @@ gather::Evaluation choose_guides(State& s, const FirstFlights& others, Progress&
       before.add(b, slots, -1);
       after.add(b, slots, +1);
     }
-    const std::vector<uint8_t> asked = s.rays.lights_by_shadow_ray();
-    for (uint32_t light = 0; light < asked.size(); ++light)
-      if (asked[light] && !known[light]) leave_out(s, light, others);
     s.rays.place();
     return s.rays.evaluation(false);
   };
@@ -77,7 +61,7 @@ gather::Evaluation choose_guides(State& s, const FirstFlights& others, Progress&
     found = survey(now);
   }
   // The hits still include what suns light.
-  std::vector<uint32_t> suns = find_suns(s, found.hits, others);
+  std::vector<uint32_t> suns = find_suns(s, found.hits);
   if (!suns.empty()) now = choose([&] { s.rays.guiding.suns = std::move(suns); });
   std::vector<gather::Guide>& guides = s.rays.guiding.guides;
   guides = gather::find_guides(s.rays.context(), now, found, progress);

@@ -39,18 +39,39 @@ gather::GatherHits::PerRay pilot_rays(const State& s) {
   return few_rays(s.rays.context(receivers, {}), s.options.seed ^ kPilotSeed, s.workers);
 }
 
-bool choose_need(State& s, const gather::Evaluation& now) {
-  const std::vector<direct::Receiver> places = gather::lit_places(s.rays.lit_cells(now));
-  s.rays.guiding.need = {};
-  if (places.empty()) return false;
-  const uint32_t rays = s.options.gather_rays;
+void choose_need(State& c, const gather::Evaluation& now) {
+  const std::vector<direct::Receiver> places = gather::lit_places(c.rays.lit_cells(now));
+  c.rays.guiding.need = {};
+  if (places.empty()) return;
+  const uint32_t rays = c.options.gather_rays;
   const std::vector<Vec3d> direct =
-      irradiance_of(*s.direct.at(places, s.light_sampled), s.group_factor, 0, places.size());
+      irradiance_of(*c.direct.at(places, c.light_sampled), c.group_factor, 0, places.size());
   Progress part;
-  const std::vector<gather::SeenTargets> around = s.rays.targets_at(places, rays, part);
-  s.rays.guiding.need =
-      gather::RayNeed(pilots_of(s.rays, {places, around, direct}, rays, now), rays);
-  return true;
+  const std::vector<gather::SeenTargets> around = c.rays.targets_at(places, rays, part);
+  c.rays.guiding.need =
+      gather::RayNeed(pilots_of(c.rays, {places, around, direct}, rays, now), rays);
+}
+
+std::vector<int8_t> choose_doublings(const State& c, size_t first, size_t last,
+                                     const gather::Evaluation& now, Progress& progress) {
+  std::vector<int8_t> doublings(last - first);
+  if (!needs_pilots(c.rays)) return doublings;
+  const uint32_t rays = c.options.gather_rays;
+  progress.begin("find noisy places", last - first);
+  const size_t together = seen_together(rays);
+  for (size_t at = first; at < last; at += together) {
+    const size_t count = std::min(together, last - at);
+    const std::span receivers = std::span(c.direct.receivers).subspan(at, count);
+    Progress part;
+    const std::vector<gather::SeenTargets> seen = c.rays.targets_at(receivers, rays, part);
+    const std::vector<Vec3d> straight =
+        irradiance_of(*c.direct.at(receivers, c.light_sampled), c.group_factor, 0, count);
+    const std::vector<int8_t> own = piloted(c.rays, {receivers, seen, straight}, rays, now);
+    std::copy(own.begin(), own.end(), doublings.begin() + long(at - first));
+    progress.advance(count);
+    progress.check();
+  }
+  return doublings;
 }
 
 void fit_rays(State& s) {
@@ -73,31 +94,6 @@ void fit_rays(State& s) {
   s.forecast.bytes = before;
   s.rays.guiding.need = {};
   s.rays.guiding.doublings.assign(s.direct.receivers.size(), 0);
-}
-
-void choose_rays(State& s, const gather::Evaluation& now, std::span<const gather::SeenTargets> seen,
-                 Progress& progress) {
-  s.rays.guiding.doublings.assign(s.direct.receivers.size(), 0);
-  if (!choose_need(s, now)) return;
-  const uint32_t rays = s.options.gather_rays;
-  progress.begin("find noisy places", s.direct.receivers.size());
-  const size_t together = seen_together(rays);
-  for (size_t first = 0; first < s.direct.receivers.size(); first += together) {
-    const size_t count = std::min(together, s.direct.receivers.size() - first);
-    if (needs_pilots(s.rays)) {
-      const std::vector<Vec3d> straight =
-          irradiance_of(*s.direct.light, s.group_factor, first, count);
-      const std::vector<int8_t> own =
-          piloted(s.rays,
-                  {std::span(s.direct.receivers).subspan(first, count),
-                   s.rays.guiding.empty() ? seen : seen.subspan(first, count), straight},
-                  rays, now);
-      std::copy(own.begin(), own.end(), s.rays.guiding.doublings.begin() + long(first));
-    }
-    progress.advance(count);
-    progress.check();
-  }
-  fit_rays(s);
 }
 
 }  // namespace deltalux::session

@@ -6,7 +6,6 @@
 #include <string>
 
 #include "base/error.h"
-#include "session/bake/choose_guides.h"
 #include "session/bake/choose_rays.h"
 
 namespace deltalux::session {
@@ -22,8 +21,7 @@ double expected_rays(const State& s) {
   return (1 + kMoreRays) * double(s.samples.size()) * double(s.options.gather_rays);
 }
 
-/// Expected memory for what a session with a range of the paths gives to others or takes from them:
-/// first flights, and the sums that it told last.
+/// Expected memory for what a session with a range of the paths gives to others or takes from them.
 size_t forecast_sharing(const State& s) {
   if (!s.options.range) return 0;
   size_t sum = s.holds_none() ? 0 : sizeof(int64_t) * s.discs.sum_count();
@@ -32,11 +30,6 @@ size_t forecast_sharing(const State& s) {
     sum += s.cells.sums.quanta.size() * sizeof(int64_t) +
            s.samples.size() * sizeof(direct::Receiver) +
            gather::CellLight::forecast_bytes(s.cells.division.size());
-  for (const uint32_t light : guide_candidates(s)) {
-    uint64_t paths = s.holds_none() ? s.lights[light].path_count : 0;
-    s.paths.held.each_of(s.lights[light], [&](uint64_t) { ++paths; });
-    sum += FirstFlights::kBytesPerPath * paths;
-  }
   return sum;
 }
 

@@ -18,9 +18,9 @@ namespace deltalux::session {
 double DirectLayer::choose_reference() const {
   constexpr size_t kAsked = 400, kAbove = 10;
   direct::Shapes shapes;
-  for (uint32_t i = 0; i < world.lights.size(); ++i)
-    if (!world.lights[i].is_parallel())
-      shapes.push_back(direct::shape_of(world.lights[i], i, world.options.seed));
+  for (uint32_t i = 0; i < world.loaded_lights.size(); ++i)
+    if (const trace::Light& light = world.loaded_lights[i]; !light.is_parallel())
+      shapes.push_back(direct::shape_of(light, i, world.options.seed));
   const size_t n = world.samples.size(), step = std::max<size_t>(1, n / kAsked);
   std::vector<double> sums;
   for (size_t i = 0; i < n; i += step) {
@@ -53,6 +53,12 @@ direct::Receiver DirectLayer::receiver_of(size_t sample) const {
   return own;
 }
 
+void DirectLayer::choose_scales() {
+  scales = direct::choose_scales(world.loaded_lights,
+                                 double(samples::scene_metre(world.scene, *world.caster)));
+  scales->reference = choose_reference();
+}
+
 void DirectLayer::place(const std::vector<uint8_t>* changed) {
   receivers.resize(world.samples.size());
   world.workers.for_blocks(receivers.size(), 4096, [&](size_t begin, size_t end) {
@@ -65,11 +71,7 @@ void DirectLayer::place(const std::vector<uint8_t>* changed) {
 }
 
 void DirectLayer::compute(Progress& progress, bool leave) {
-  if (!scales) {
-    scales = direct::choose_scales(world.lights,
-                                   double(samples::scene_metre(world.scene, *world.caster)));
-    scales->reference = choose_reference();
-  }
+  if (!scales) choose_scales();
   auto fresh = make();
   if (world.evaluates()) {
     place();
@@ -107,7 +109,7 @@ std::unique_ptr<direct::DirectLight> DirectLayer::at(std::span<const direct::Rec
                                                      std::span<const uint8_t> lights) const {
   Progress part;
   auto out =
-      std::make_unique<direct::DirectLight>(others.size(), light->scales(), world.options.seed);
+      std::make_unique<direct::DirectLight>(others.size(), *scales, world.options.seed);
   out->compute({*world.caster, world.lights, lights, others}, world.workers, part);
   return out;
 }
@@ -128,7 +130,7 @@ void DirectLayer::save(ArchiveView& archive) const {
 void DirectLayer::restore(ArchiveSource& archive) {
   const auto stored = archive.read_all<double>("direct.scales", 2);
   direct::Scales fixed =
-      direct::choose_scales(world.lights, double(samples::scene_metre(world.scene, *world.caster)));
+      direct::choose_scales(world.loaded_lights, double(samples::scene_metre(world.scene, *world.caster)));
   snapshot::check_quantum("direct.scales", stored[0], fixed.quantum);
   if (!(stored[1] >= 0 && std::isfinite(stored[1])))
     throw FormatError(

@@ -27,6 +27,8 @@ struct DirectLayer {
   /// Recomputes `receivers`: all of them, or those on changed objects. `changed`: 1 for each
   /// changed object.
   void place(const std::vector<uint8_t>* changed = nullptr);
+  /// Chooses scales by the lights as loaded.
+  void choose_scales();
   /// Computes the light of all samples; at a bake, chooses scales. `leave`: lays it out, but leaves
   /// shadow rays to others.
   void compute(Progress& progress, bool leave = false);

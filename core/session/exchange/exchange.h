@@ -22,8 +22,8 @@ inline constexpr const char* kSame =
 // Several sessions of the same scene, samples and options may share the paths by Options::range.
 // Those with a part of them trace, store and sum up; they have no light to read. One without
 // paths evaluates the sums of all parts: its results, and its digest, are those of a session that
-// holds all paths. Bake it like the others, add their sums to it, and call its gather(); then call
-// ask_for() of each part with the lights that gather() chose. All sessions get the same edits.
+// holds all paths. Bake it like the others, add their sums to it, and call its gather(). All
+// sessions get the same edits.
 class Exchange {
  public:
   /// Valid until the next bake or recompute, or an edit that changes the world.
@@ -38,38 +38,22 @@ class Exchange {
   /// paths, which notes the ranges: its light cannot be read before all paths' changes by all edits
   /// are there. Throws OptionError.
   void add_path_changes(const PathChanges& more);
-  /// The first flights of the paths held here. Only in sessions with a final gather; else empty.
-  FirstFlights first_flights() const;
-  /// Completes the bake of a session without paths once the sums of all are added: chooses guides,
-  /// and casts gather rays. `others`: the sum of first_flights() of all ranges. Does nothing
-  /// without a final gather. Throws Cancelled, and leaves the session as it was.
-  void gather(const FirstFlights& others, Progress& progress);
-  /// The lights whose direct light gather() left to shadow rays of the gather.
-  std::vector<uint32_t> asked_lights() const;
-  /// Leaves the first flights from these lights out of the cells, in a session with a part of the
-  /// paths, after its bake.
-  void ask_for(std::span<const uint32_t> lights);
+  /// Completes the bake of a session without paths once the sums of all are added: casts gather
+  /// rays. Does nothing without a final gather. Throws Cancelled, and leaves the session as it was.
+  void gather(Progress& progress);
 
-  // Or the parts do most of what gather() does: begin_gather(); ask_for() and join_gather() of each
-  // part; number_rays() of a part for each range of the samples, and take_numbers() of all;
+  // Or the parts do most of what gather() does: begin_gather(); place_samples() of each part;
+  // number_rays() of a part for each range of the samples, and take_numbers() of all;
   // cast_gather_rays() of a part and take_hits() for each range. Samples count in the order of
   // World::samples. A gather that was begun and not completed can only be replaced by a bake, or
   // forgotten.
 
-  /// Chooses guides. Does nothing without a final gather. Throws Cancelled, and leaves the session
-  /// as it was.
-  void begin_gather(const FirstFlights& others, Progress& progress);
+  /// Does nothing without a final gather. Throws Cancelled, and leaves the session as it was.
+  void begin_gather(Progress& progress);
   /// Whether a gather was begun and is not complete.
   bool is_gathering() const { return state_.sharing.begun != nullptr; }
-  /// What parts need to know for that: guides, the need for rays, and the light of the cells. Valid
-  /// until the session changes.
-  ArchiveView save_gather() const;
-  void join_gather(ArchiveSource& archive);
-  /// Direct light of samples [first, last), by which their numbers of rays are chosen: that of the
-  /// factors of begin_gather().
-  std::vector<Vec3d> direct_of_samples(size_t first, size_t last) const;
-  /// The numbers of rays of the samples from `first` on that have this direct light.
-  RayNumbers number_rays(size_t first, std::span<const Vec3d> direct, Progress& progress) const;
+  /// The numbers of rays of samples [first, last), which do not depend on edits.
+  RayNumbers number_rays(size_t first, size_t last, Progress& progress);
   /// Takes those of all samples.
   void take_numbers(RayNumbers numbers);
   /// Cuts the samples into ranges of about so many rays.
@@ -78,7 +62,7 @@ class Exchange {
   ArchiveView save_aims(size_t first, size_t last) const;
   /// What rays that go there meet.
   gather::GatherHits cast_gather_rays(size_t first, size_t last, ArchiveSource& aims,
-                                      Progress& progress) const;
+                                      Progress& progress);
   /// Puts what cast_gather_rays() found, and saved, in place. With the last range, the gather is
   /// complete.
   void take_hits(size_t first, size_t last, ArchiveSource& archive);
@@ -86,6 +70,7 @@ class Exchange {
   // In the same way, parts may compute direct light after their bake, before the gather begins:
   // place_samples() and cast_direct() of parts, and take_direct().
 
+  /// Prepares a part for casting rays.
   void place_samples();
   /// The direct light of samples [first, last).
   direct::DirectLight cast_direct(size_t first, size_t last, Progress& progress) const;
@@ -96,12 +81,12 @@ class Exchange {
 
  private:
   /// Throws OptionError where a gather cannot begin; returns whether there is anything to do.
-  bool may_gather(const FirstFlights& others) const;
+  bool may_gather() const;
   /// A gather that was begun. `counted`: whether the numbers of rays must be there, or must not.
   /// Throws OptionError if there is no such gather.
   const BegunGather& begun(std::optional<bool> counted = {}) const;
-  /// Throws OptionError in a session that did not join a gather, or has no such samples.
-  void check_joined(size_t first, size_t last) const;
+  /// Throws OptionError in a session whose samples are not placed, or that has no such samples.
+  void check_placed(size_t first, size_t last) const;
 
   State& state_;
 };

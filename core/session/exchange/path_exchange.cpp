@@ -8,9 +8,7 @@
 
 #include "base/error.h"
 #include "samples/openness.h"
-#include "session/bake/choose_guides.h"
 #include "session/exchange/exchange.h"
-#include "session/flow/landings.h"
 
 namespace deltalux::session {
 namespace {
@@ -191,79 +189,6 @@ void Exchange::add_path_changes(const PathChanges& more) {
     sums.touched[more.cells.at[i] / each] = 1;
   }
   s.rays.glance.stale = true;
-}
-
-FirstFlights Exchange::first_flights() const {
-  const State& s = state_;
-  check_whole(s);
-  FirstFlights out;
-  if (!s.gathers() || !s.baked) return out;
-  out.lights = guide_candidates(s);
-  out.cells = s.cells.division.size();
-  if (s.paths.store.bounces().empty()) return out;
-  std::vector<std::pair<uint64_t, FirstFlights::Quanta>> landed;
-  for (size_t k = 0; k < out.lights.size(); ++k) {
-    const trace::Light& light = s.lights[out.lights[k]];
-    landed.clear();
-    s.paths.held.each_of(light, [&](uint64_t i) {
-      const uint32_t batch = trace::batch_of(light, i, kBatches);
-      const uint32_t path = s.paths.held.slot_of(uint32_t(light.first_path + i));
-      s.paths.store.each_direct(path, [&](uint32_t bounce, uint32_t slot) {
-        const segments::BounceSegments& stored = s.paths.store.bounces()[bounce];
-        const segments::Segment& segment = stored.at(slot);
-        const uint32_t cell = segment.length < 0 ? gather::kNoCell : stored.landing(slot);
-        if (cell == gather::kNoCell) return;
-        landed.push_back({(k * out.cells + cell) * kBatches + batch,
-                          {segment.power[0], segment.power[1], segment.power[2]}});
-      });
-    });
-    std::sort(landed.begin(), landed.end());
-    for (const auto& [place, quanta] : landed) {
-      if (out.at.empty() || out.at.back() != place)
-        out.at.push_back(place), out.quanta.push_back({});
-      for (size_t c = 0; c < 3; ++c) out.quanta.back()[c] += quanta[c];
-    }
-  }
-  return out;
-}
-
-std::vector<uint32_t> Exchange::asked_lights() const {
-  const State& s = state_;
-  const std::vector<uint8_t> asked = s.rays.lights_by_shadow_ray();
-  std::vector<uint32_t> lights;
-  for (uint32_t i = 0; i < asked.size(); ++i)
-    if (asked[i]) lights.push_back(i);
-  return lights;
-}
-
-void Exchange::ask_for(std::span<const uint32_t> lights) {
-  State& s = state_;
-  check_whole(s);
-  const std::vector<uint32_t> known = guide_candidates(s);
-  if (std::adjacent_find(lights.begin(), lights.end(), std::greater_equal{}) != lights.end())
-    throw OptionError(
-        "ask_for: found lights that do not ascend, expected each once; give asked_lights of the "
-        "session that all_cast");
-  for (const uint32_t light : lights)
-    if (!s.gathers() || s.evaluates() || !std::binary_search(known.begin(), known.end(), light))
-      throw OptionError("ask_for: found light " + std::to_string(light) +
-                        ", expected narrow or parallel lights, in a session that gathers and holds "
-                        "a part of the paths; give asked_lights of the session that all_cast");
-  if (lights.empty()) return;
-  const FirstFlights own = first_flights();
-  gather::Guiding fresh = s.rays.guiding;
-  for (const uint32_t light : lights)
-    if (s.lights[light].is_parallel())
-      fresh.suns.push_back(light);
-    else
-      fresh.beams.push_back({light, 1, 1});
-  s.rays.guiding = std::move(fresh);
-  for (const uint32_t light : lights) {
-    leave_out(s, light, own);
-    if (s.sharing.sent)
-      leave_out(s, light, own,
-                s.sharing.sent->cells);  // the session that adds up the sums subtracts it there
-  }
 }
 
 }  // namespace deltalux::session

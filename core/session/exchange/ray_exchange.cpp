@@ -8,18 +8,12 @@
 
 #include "base/error.h"
 #include "session/bake/bake.h"
-#include "session/bake/choice_light.h"
-#include "session/bake/choose_guides.h"
+#include "session/bake/choices.h"
 #include "session/bake/choose_rays.h"
 #include "session/exchange/exchange.h"
-#include "session/rays/pilots.h"
 
 namespace deltalux::session {
 namespace {
-
-constexpr const char* kFactors = "choice.factors";      // of light groups
-constexpr const char* kRadiosity = "gather.radiosity";  // by cell, without direct light asked for
-constexpr const char* kCaustics = "gather.caustics";    // irradiance by cell, where there are any
 
 [[noreturn]] void refuse(const std::string& what) {
   throw OptionError("gather rays: found " + what + kSame);
@@ -34,52 +28,23 @@ bool is_sound(const gather::SeenTargets& seen, size_t guides, size_t beams) {
   });
 }
 
-/// Throws OptionError unless these are first flights of `lights` to so many cells.
-void check_flights(const FirstFlights& flights, const std::vector<uint32_t>& lights,
-                   uint64_t cells) {
-  if (flights.lights != lights)
-    throw OptionError(
-        "gather: found first flights of other lights than the narrow and parallel ones of the "
-        "scene; give the sum of the first_flights of all ranges");
-  if (flights.cells != cells || flights.at.size() != flights.quanta.size() ||
-      std::adjacent_find(flights.at.begin(), flights.at.end(), std::greater_equal{}) !=
-          flights.at.end() ||
-      (!flights.at.empty() && flights.at.back() >= lights.size() * cells * kBatches))
-    throw OptionError("gather: found first flights to " + std::to_string(flights.cells) +
-                      " cells, or not in order, expected " + std::to_string(cells) + kSame);
-}
-
-/// Light of so many cells.
-std::vector<gather::CellLight::Radiosity> read_light(ArchiveSource& archive, const char* name,
-                                                     size_t cells) {
-  auto light = archive.read_all<gather::CellLight::Radiosity>(name, cells);
-  for (const gather::CellLight::Radiosity& own : light)
-    for (const float channel : own)
-      if (!(channel >= 0) || !std::isfinite(channel))
-        throw FormatError("\"" + std::string(name) + "\": found a negative or non-finite value");
-  return light;
-}
-
-/// Runs `choose`; if that throws, the session is as it was.
-void choose_gather(State& s, const std::function<void()>& choose) {
-  const gather::CellSums before = s.cells.sums;
+/// Runs `work`; if that throws, the session is as it was.
+void try_gather(State& s, const std::function<void()>& work) {
   const Forecast forecast = s.forecast;
+  const gather::Guiding guiding = s.rays.guiding;
   try {
-    choose();
+    work();
   } catch (...) {
-    s.rays.guiding = {};
-    s.rays.beams = {}, s.rays.suns = {};
-    s.rays.hits = gather::GatherHits({}, s.options.seed);
-    s.cells.sums = before;
+    s.rays.clear();
+    s.rays.guiding = guiding;
     s.forecast = forecast;
-    s.cells.touch_all();
     throw;
   }
 }
 
 }  // namespace
 
-bool Exchange::may_gather(const FirstFlights& others) const {
+bool Exchange::may_gather() const {
   const State& s = state_;
   check_whole(s);
   if (!s.baked || !s.holds_none())
@@ -93,26 +58,22 @@ bool Exchange::may_gather(const FirstFlights& others) const {
         "bake again");
   if (!s.gathers() || s.rays.all_cast()) return false;
   if (s.sharing.awaited_direct) check_gathered(s);
-  check_flights(others, guide_candidates(s), s.cells.division.size());
   return true;
 }
 
-void Exchange::gather(const FirstFlights& others, Progress& progress) {
+void Exchange::gather(Progress& progress) {
   State& s = state_;
-  if (may_gather(others)) choose_gather(s, [&] { gather_light(s, progress, true, others); });
+  if (!may_gather()) return;
+  try_gather(s, [&] { gather_light(s, progress, true); });
 }
 
-void Exchange::begin_gather(const FirstFlights& others, Progress& progress) {
+void Exchange::begin_gather(Progress& progress) {
   State& s = state_;
-  if (!may_gather(others)) return;
-  choose_gather(s, [&] {
+  if (!may_gather()) return;
+  try_gather(s, [&] {
     s.cells.cover(progress);
-    auto begun = std::make_unique<BegunGather>();
-    begun->factors = choice_factors(s);
-    const ChoiceLight choice(s, begun->factors);
-    const gather::Evaluation now = choose_guides(s, others, progress);
-    begun->lit = choose_need(s, now);
-    s.sharing.begun = std::move(begun);
+    s.rays.place();
+    s.sharing.begun = std::make_unique<BegunGather>();
   });
 }
 
@@ -125,17 +86,6 @@ const BegunGather& Exchange::begun(std::optional<bool> counted) const {
   return *s.sharing.begun;
 }
 
-ArchiveView Exchange::save_gather() const {
-  const State& s = state_;
-  begun();
-  ArchiveView archive;
-  s.rays.guiding.save_samples(0, 0, archive);
-  archive.append(kRadiosity, s.cells.light.all());
-  archive.append(kCaustics, std::span(s.cells.light.caustics()));
-  archive.append(kFactors, begun().factors);
-  return archive;
-}
-
 void Exchange::place_samples() {
   State& s = state_;
   check_whole(s);
@@ -144,11 +94,12 @@ void Exchange::place_samples() {
         "rays: found a session that casts none for others, expected a baked one with a part of "
         "the paths");
   s.direct.place();
+  if (s.gathers()) s.rays.place();
 }
 
 direct::DirectLight Exchange::cast_direct(size_t first, size_t last, Progress& progress) const {
   const State& s = state_;
-  check_joined(first, last);
+  check_placed(first, last);
   direct::DirectLight direct(last - first, s.direct.light->scales(), s.options.seed);
   direct.compute({*s.caster, s.lights, s.light_sampled,
                   std::span(s.direct.receivers).subspan(first, last - first)},
@@ -166,56 +117,17 @@ void Exchange::take_direct(size_t first, size_t last, ArchiveSource& archive) {
   if (s.sharing.awaited_direct->over()) s.sharing.awaited_direct.reset();
 }
 
-void Exchange::join_gather(ArchiveSource& archive) {
-  State& s = state_;
-  place_samples();
-  if (!s.gathers()) throw OptionError("join_gather: found a session that does not gather");
-  gather::Guiding guiding;
-  guiding.restore(archive, s.lights, 0, s.options.gather_rays);
-  const size_t cells = s.cells.division.size();
-  auto radiosity = read_light(archive, kRadiosity, cells);
-  auto caustics = read_light(archive, kCaustics, s.has_caustics() ? cells : 0);
-  auto factors = archive.read_all<double>(kFactors, s.group_factor.size());
-  for (const double factor : factors)
-    if (!(factor >= 0) || !std::isfinite(factor))
-      throw FormatError("\"" + std::string(kFactors) + "\": found a factor that is none");
-  if (s.rays.lights_by_shadow_ray() != s.rays.lights_by_shadow_ray(guiding))
-    refuse("other lights with shadow rays than ask_for() was told");
-  s.rays.guiding = std::move(guiding);
-  s.rays.place();
-  s.cells.light.take(std::move(radiosity), std::move(caustics));
-  s.sharing.joined_factors = std::move(factors);
-}
-
-void Exchange::check_joined(size_t first, size_t last) const {
+void Exchange::check_placed(size_t first, size_t last) const {
   const State& s = state_;
   if (s.evaluates() || s.direct.receivers.empty())
     throw OptionError(
-        "rays: found a session that casts none for others; call place_samples() or join_gather()");
+        "rays: found a session that casts none for others; call place_samples()");
   Awaited::check(first, last, s.direct.receivers.size());
 }
 
-std::vector<Vec3d> Exchange::direct_of_samples(size_t first, size_t last) const {
-  const State& s = state_;
-  const std::vector<double>& factors = begun(false).factors;
-  Awaited::check(first, last, s.direct.receivers.size());
-  return irradiance_of(*s.direct.light, factors, first, last - first);
-}
-
-RayNumbers Exchange::number_rays(size_t first, std::span<const Vec3d> direct,
-                                 Progress& progress) const {
-  State& s = state_;
-  check_joined(first, first + direct.size());
-  const ChoiceLight choice(
-      s, s.sharing.joined_factors.empty() ? s.group_factor : s.sharing.joined_factors);
-  const std::span receivers = std::span(s.direct.receivers).subspan(first, direct.size());
-  progress.begin("find noisy places", receivers.size());
-  RayNumbers out{s.rays.targets_at(receivers, s.options.gather_rays, progress),
-                 std::vector<int8_t>(receivers.size())};
-  if (needs_pilots(s.rays))
-    out.doublings = piloted(s.rays, {receivers, out.seen, direct}, s.options.gather_rays,
-                            s.rays.evaluation(false));
-  return out;
+RayNumbers Exchange::number_rays(size_t first, size_t last, Progress& progress) {
+  check_placed(first, last);
+  return session::number_rays(state_, first, last, progress);
 }
 
 void Exchange::take_numbers(RayNumbers numbers) {
@@ -232,7 +144,8 @@ void Exchange::take_numbers(RayNumbers numbers) {
     if (!is_sound(seen, s.rays.guiding.guides.size(), s.rays.guiding.beams.size()))
       refuse("a guide that is not there");
   s.rays.guiding.doublings = std::move(numbers.doublings);
-  if (s.sharing.begun->lit) fit_rays(s);
+  s.sharing.choices.reset();
+  fit_rays(s);
   s.sharing.begun->hits = s.rays.uncast(numbers.seen);
   s.sharing.begun->hits.clear(s.rays.guiding);
   s.sharing.begun->awaited = Awaited(samples);
@@ -257,9 +170,10 @@ ArchiveView Exchange::save_aims(size_t first, size_t last) const {
 }
 
 gather::GatherHits Exchange::cast_gather_rays(size_t first, size_t last, ArchiveSource& archive,
-                                              Progress& progress) const {
-  const State& s = state_;
-  check_joined(first, last);
+                                              Progress& progress) {
+  State& s = state_;
+  check_placed(first, last);
+  s.sharing.choices.reset();
   gather::Guiding aims;
   aims.restore(archive, s.lights, last - first, s.options.gather_rays);
   gather::GatherHits hits({aims.doublings, s.options.gather_rays}, s.options.seed);

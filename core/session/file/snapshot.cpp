@@ -113,6 +113,7 @@ void save_scene(const State& s, ArchiveView& archive) {
   archive.keep("poses", poses);
   archive.keep("present", present);
   archive.keep("reflectance", reflectance);
+  archive.keep("loaded_objects", std::vector<uint32_t>{s.loaded_objects});
   archive.append("group_factor", s.group_factor);
   archive.append("radius", s.samples.radius);
 }
@@ -126,6 +127,7 @@ void save_bake(const State& s, ArchiveView& archive) {
     light_paths.push_back(light.path_count);
     finer.push_back(light.finer);
   }
+  archive.append("path_shares", s.path_shares);
   archive.keep("light_paths", light_paths);
   archive.keep("light_finer", finer);
   save_maps(s.lights, archive);
@@ -165,6 +167,11 @@ void restore_scene(State& s, ArchiveSource& archive) {
     check(s, scene::SetReflectance{uint32_t(m), own}, {});
     s.scene.materials[m].reflectance = own;
   }
+  const uint32_t loaded = archive.read_all<uint32_t>("loaded_objects", 1)[0];
+  if (loaded > objects || std::any_of(original.begin() + long(loaded), original.end(),
+                                      [](const scene::Object& own) { return !own.movable; }))
+    snapshot::refuse("\"loaded_objects\": found a number that no session has");
+  s.count_as_loaded(loaded);
   s.group_factor = archive.read_all<double>("group_factor", s.scene.group_count);
   for (uint32_t group = 0; group < s.scene.group_count; ++group)
     check(s, scene::Dim{group, s.group_factor[group]}, {});
@@ -187,6 +194,10 @@ void restore_lights(State& s, ArchiveSource& archive) {
     s.lights[i].path_count = light_paths[i];
     paths += light_paths[i];
   }
+  s.path_shares = archive.read_all<double>("path_shares", s.loaded_lights.size());
+  for (const double share : s.path_shares)
+    if (!(share >= 0) || !std::isfinite(share))
+      snapshot::refuse("\"path_shares\": found a share that is negative or not finite");
   restore_maps(archive, s.lights);
   restore_aim_maps(archive, s.lights);
   const auto quantum = archive.read_all<double>("quantum", 2);
@@ -250,7 +261,7 @@ ArchiveView save_choices(const State& s) {
   if (!s.baked) return archive;
   save_bake(s, archive);
   archive.keep("edits", std::vector<uint64_t>{s.edits});
-  if (s.gathers()) s.rays.guiding.save_lights_by_shadow_ray(archive);
+  if (s.gathers()) s.rays.guiding.save_samples(0, 0, archive);
   return archive;
 }
 

@@ -10,30 +10,6 @@
 
 namespace deltalux::session {
 
-std::vector<trace::Light> added_lights(const State& s, const scene::Scene& scene, uint32_t object,
-                                       uint32_t groups) {
-  // quanta of a path: half of what the brightest path of the other lights carries
-  const double even = std::ldexp(0.5, s.scale.digits);
-  std::vector<trace::Light> lights = trace::find_lights(scene, object);
-  uint64_t next = s.lights.empty() ? 0 : s.lights.back().first_path + s.lights.back().path_count;
-  const double paths = double(s.options.paths), count = double(lights.size());
-  const double floor = trace::kGroupFloor / std::max(2u, groups) * paths / count;
-  for (trace::Light& light : lights) {
-    double wanted = paths / count;  // in a scene without lights: all paths
-    if (!s.lights.empty()) {
-      const double quanta =
-          std::max({light.power.x, light.power.y, light.power.z}) / s.scale.quantum;
-      wanted = std::max(quanta / even, floor);
-    }
-    light.first_path = next;
-    light.path_count = kBatches * uint64_t(std::clamp(wanted / kBatches, 1.0, 0x1p40));
-    next += light.path_count;
-    // The first lights of a dark scene have no scale yet, see World::group_sums().
-    if (!s.lights.empty()) light.finer = trace::choose_fineness(light, s.scale);
-  }
-  return lights;
-}
-
 EditLog::EditLog(State& state)
     : s_(state),
       old_factors_(state.group_factor),
@@ -57,7 +33,7 @@ void EditLog::apply(std::span<const scene::Edit> edits) {
   fit_world();
   place_lights();
   if (s_.caster) place_objects();
-  add_lights();
+  first_lights_ = s_.add_lights(uint32_t(old_objects_.size()));
   find_change();
   changes_world_ = !(s_.scene.world() == old_world_);
 }
@@ -122,23 +98,6 @@ void EditLog::place_objects() {
   for (const ObjectChange& change : changes_) s_.caster->update_object(s_.scene, change.object);
   // All objects must be there before: new ones may widen the bounds of others.
   for (ObjectChange& change : changes_) change.after = s_.caster->object_bounds(change.object);
-}
-
-void EditLog::add_lights() {
-  const bool sampled = s_.samples_added_lights();
-  for (uint32_t i = uint32_t(old_objects_.size()); i < s_.scene.objects.size(); ++i) {
-    const bool dark = s_.lights.empty();
-    for (trace::Light& light : added_lights(s_, s_.scene, i, s_.scene.groups_up_to(i))) {
-      s_.light_sampled.push_back(sampled);
-      s_.lights.push_back(std::move(light));
-    }
-    if (!dark || s_.lights.empty()) continue;
-    s_.scale = trace::choose_scale(s_.lights, s_.options.max_bounces);
-    first_lights_ = s_.lights.size();
-  }
-  if (s_.lights.size() == old_lights_) return;
-  if (first_lights_) return s_.group_sums();
-  assign_sums(std::span(s_.lights).subspan(old_lights_), s_.sum_groups);
 }
 
 void EditLog::find_change() {

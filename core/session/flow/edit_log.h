@@ -47,7 +47,6 @@ class EditLog {
   void fit_world();
   void place_lights();
   void place_objects();
-  void add_lights();
   void find_change();
   /// Whether the object's pose or presence differs from that before apply(); true for new objects.
   bool differs(uint32_t object) const;
@@ -68,12 +67,5 @@ class EditLog {
   bool reflects_more_ = false, changes_world_ = false;
   size_t first_lights_ = 0;
 };
-
-/// The lights of `object` of `scene`, with path counts that suit the lights already in `state`:
-/// their paths carry as much power as those of the brightest existing light divided by two, so that
-/// noise stays even, but a light gets at least the share of paths that each of `groups` groups is
-/// granted, since other lights may be dimmed. Throws SceneError.
-std::vector<trace::Light> added_lights(const State& state, const scene::Scene& scene,
-                                       uint32_t object, uint32_t groups);
 
 }  // namespace deltalux::session

@@ -57,8 +57,7 @@ void Landings::add(uint32_t bounce, std::span<const uint32_t> slots, int sign) c
   });
 }
 
-double Landings::share_lit_by(uint32_t light, std::span<const uint32_t> hits,
-                              const FirstFlights& others) const {
+double Landings::share_lit_by(uint32_t light, std::span<const uint32_t> hits) const {
   std::vector<uint8_t> lit(hits.size());
   const segments::SegmentStore& store = state_.paths.store;
   const uint32_t paths = store.bounces().empty() ? 0 : store.bounces()[0].size();
@@ -71,31 +70,10 @@ double Landings::share_lit_by(uint32_t light, std::span<const uint32_t> hits,
           (segment.power[0] | segment.power[1] | segment.power[2]))
         lit[cell] = 1;
     });
-  others.each_of(light, kBatches, [&](uint64_t place, const FirstFlights::Quanta& quanta) {
-    if (quanta != FirstFlights::Quanta{}) lit[place / kBatches] = 1;
-  });
   uint64_t all = 0, own = 0;
   for (size_t cell = 0; cell < hits.size(); ++cell)
     all += hits[cell], own += lit[cell] * hits[cell];
   return all ? double(own) / double(all) : 0.0;
-}
-
-void leave_out(const State& s, uint32_t light, const FirstFlights& flights,
-               std::vector<int64_t>& quanta) {
-  const uint32_t group = s.cell_group(s.lights[light].sums, false);
-  flights.each_of(light, kBatches, [&](uint64_t place, const FirstFlights::Quanta& own) {
-    const size_t at =
-        s.cells.sums.at(uint32_t(place / kBatches), group, uint32_t(place % kBatches));
-    for (size_t c = 0; c < 3; ++c) quanta[at + c] -= own[c];
-  });
-}
-
-void leave_out(State& s, uint32_t light, const FirstFlights& flights) {
-  gather::CellSums& sums = s.cells.sums;
-  leave_out(s, light, flights, sums.quanta);
-  flights.each_of(light, kBatches, [&](uint64_t place, const FirstFlights::Quanta&) {
-    sums.touched[place / kBatches] = 1;
-  });
 }
 
 }  // namespace deltalux::session

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "gather/cells/cells.h"
-#include "session/shared/path_sums.h"
 #include "session/state/state.h"
 
 namespace deltalux::session {
@@ -23,10 +22,8 @@ class Landings {
   /// Adds (sign 1) or removes (-1) the given segments, if in use. Their cells must have been noted.
   void add(uint32_t bounce, std::span<const uint32_t> slots, int sign) const;
   /// The share of all gather rays that met a cell on which paths of this light land directly.
-  /// `hits`: number of rays that met each cell. `others`: the first flights of paths that other
-  /// sessions hold.
-  double share_lit_by(uint32_t light, std::span<const uint32_t> hits,
-                      const FirstFlights& others) const;
+  /// `hits`: number of rays that met each cell.
+  double share_lit_by(uint32_t light, std::span<const uint32_t> hits) const;
 
  private:
   State& state_;
@@ -34,11 +31,5 @@ class Landings {
   // Per light: 1 if its direct light at gather hits comes from shadow rays, not from cells.
   std::vector<uint8_t> by_shadow_ray_;
 };
-
-/// Subtracts from `quanta`, laid out as the cells' sums are, what `flights` brought from this
-/// light; or from the present sums.
-void leave_out(const State& state, uint32_t light, const FirstFlights& flights,
-               std::vector<int64_t>& quanta);
-void leave_out(State& state, uint32_t light, const FirstFlights& flights);
 
 }  // namespace deltalux::session

@@ -176,7 +176,7 @@ double read(State& s, double* irradiance, double* standard_error) {
     for (int c = 0; c < 3; ++c)
       lucky[i] += std::min(light.lucky[c], light.error[c] * light.error[c]);
   });
-  return rebake_gain(irradiance, standard_error, lucky);
+  return s.is_as_loaded() ? 1.0 : rebake_gain(irradiance, standard_error, lucky);
 }
 
 void read_irradiance(State& s, double* irradiance) {

@@ -56,31 +56,6 @@ struct RayNumbers {
   std::vector<int8_t> doublings;
 };
 
-/// What the first flights from each light bring to the cells, for the lights whose direct
-/// light gather rays may compute by shadow rays, see Exchange::gather().
-struct FirstFlights {
-  using Quanta = std::array<int64_t, 3>;
-  /// Memory that one path may take.
-  static constexpr size_t kBytesPerPath = sizeof(uint64_t) + sizeof(Quanta);
-
-  std::vector<uint32_t> lights;  ///< ascending
-  uint64_t cells = 0;            ///< number of cells
-  /// [(light * cells + cell) * kBatches + batch] where something lands, ascending
-  std::vector<uint64_t> at;
-  std::vector<Quanta> quanta;  ///< what lands there
-
-  /// Calls visit(cell * kBatches + batch, quanta) for all that comes from `light`.
-  template <class Visit>
-  void each_of(uint32_t light, uint64_t batches, const Visit& visit) const {
-    const auto found = std::lower_bound(lights.begin(), lights.end(), light);
-    if (found == lights.end() || *found != light) return;
-    const uint64_t first = uint64_t(found - lights.begin()) * cells * batches;
-    const auto from = std::lower_bound(at.begin(), at.end(), first),
-               end = std::lower_bound(from, at.end(), first + cells * batches);
-    for (auto i = from; i != end; ++i) visit(*i - first, quanta[size_t(i - at.begin())]);
-  }
-};
-
 /// Sums of `width` numbers for each slab and sample: from the order of World::samples into that in
 /// which the user gave the samples. `given`: World::given.
 std::vector<int64_t> in_given_order(std::span<const int64_t> own, size_t width,

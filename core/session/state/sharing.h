@@ -23,11 +23,11 @@ struct SentSums {
 
 /// A gather between Exchange::begin_gather() and the last take_hits(), in a session without paths.
 struct BegunGather {
-  bool lit = false;                ///< whether anything is
-  std::vector<double> factors{};   ///< see choice_factors()
   gather::GatherHits hits{{}, 0};  ///< of no samples before take_numbers()
   Awaited awaited;
 };
+
+struct State;
 
 struct Sharing {
   /// In a session without paths: the ranges of other sessions whose sums, of the present state, are
@@ -36,7 +36,7 @@ struct Sharing {
   std::optional<uint64_t> added_since;
   std::unique_ptr<SentSums> sent;
   std::unique_ptr<BegunGather> begun;
-  std::vector<double> joined_factors;       ///< those of the gather that join_gather() joined
+  std::unique_ptr<State> choices;  ///< see choice_state(), until the numbers of rays are chosen
   std::unique_ptr<Awaited> awaited_direct;  ///< null: direct light is there
 
   /// How many paths of other sessions have their sums here.

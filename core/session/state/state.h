@@ -58,13 +58,13 @@ struct State : World {
   /// Takes over what a bake chose, which edits and recomputations keep. Both states have the same
   /// scene, samples and lights.
   void take_choices(const State& other) {
+    path_shares = other.path_shares;
     light_sampled = other.light_sampled;
     slack = other.slack;
     largest_radius = other.largest_radius;
     discs.take_choices(other.discs);
     direct.scales = other.direct.scales;
     rays.guiding = other.rays.guiding;
-    sharing.joined_factors = other.sharing.joined_factors;
     forecast = other.forecast;
     edits = other.edits;
   }
@@ -91,6 +91,7 @@ struct State : World {
     if (complete) sharing.added_since = edits;
     edits += count;
     sharing.added.clear();
+    sharing.choices.reset();
   }
   /// The share of an update's work that remains: the largest of those of paths, direct light and
   /// gather rays.

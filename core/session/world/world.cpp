@@ -104,7 +104,8 @@ World::World(scene::Scene given_scene, samples::SampleSet given_samples, const O
   samples = given_samples.reordered(given);
   reach_samples(*this);
   group_factor.assign(scene.group_count, 1.0);
-  lights = trace::find_lights(scene);
+  loaded_objects = uint32_t(scene.objects.size());
+  lights = loaded_lights = trace::find_lights(scene);
   trace::allot_paths(lights, trace::shares_by_power(lights), options.paths, kBatches);
   scale = trace::choose_scale(lights, options.max_bounces);
   group_sums();
@@ -122,6 +123,45 @@ void World::take_given(const World& other) {
   scale = other.scale;
   sum_groups = other.sum_groups;
   loaded_reflectance = other.loaded_reflectance;
+  loaded_objects = other.loaded_objects;
+  loaded_lights = other.loaded_lights;
+}
+
+bool World::is_as_loaded() const {
+  if (lights.size() != loaded_lights.size()) return false;
+  for (size_t l = 0; l < lights.size(); ++l)
+    if (!trace::sends_alike(lights[l], loaded_lights[l])) return false;
+  for (size_t m = 0; m < loaded_reflectance.size(); ++m)
+    if (!(scene.materials[m].reflectance == loaded_reflectance[m])) return false;
+  return true;
+}
+
+void World::count_as_loaded(uint32_t objects) {
+  loaded_objects = objects;
+  std::erase_if(loaded_lights, [&](const trace::Light& light) {
+    return light.object != scene::kNone && light.object >= objects;
+  });
+}
+
+scene::Scene World::as_loaded() const {
+  scene::Scene out = scene;
+  while (out.objects.size() > loaded_objects) out.drop_last_object();
+  for (scene::Object& object : out.objects) object.present = !object.movable;
+  for (size_t m = 0; m < loaded_reflectance.size(); ++m)
+    out.materials[m].reflectance = loaded_reflectance[m];
+  if (loaded_objects < scene.objects.size() && loaded_objects > 0)
+    out.group_count = scene.groups_up_to(loaded_objects - 1);
+  out.hold({});
+  return out;
+}
+
+trace::Light World::as_loaded(size_t light) const {
+  trace::Light out = loaded_lights[light];
+  const trace::Light& now = lights[light];
+  out.first_path = now.first_path, out.path_count = now.path_count;
+  out.map = now.map, out.aims = now.aims;
+  out.finer = now.finer, out.sums = now.sums;
+  return out;
 }
 
 std::vector<float> World::as_given(const std::vector<float>& own) const {

@@ -53,7 +53,12 @@ struct World {
   std::vector<trace::Light> lights;       // in ascending order of first_path
   std::vector<uint8_t> light_sampled;     // 1: direct light by shadow rays, not by first flights
   std::vector<double> group_factor;       // dim factors, per group
-  std::vector<Vec3f> loaded_reflectance;  // by material, before any edit
+  // Before any edit, since choices must not depend on edits: reflectances by material, objects and
+  // lights.
+  std::vector<Vec3f> loaded_reflectance;
+  uint32_t loaded_objects = 0;
+  std::vector<trace::Light> loaded_lights;
+  std::vector<double> path_shares;  // of loaded_lights, relative to each other; of the bake
   trace::EnergyScale scale;
   std::vector<SumGroup> sum_groups{1};  // of the lights, in the order of these
   std::vector<float> slack;  // by sample: Scene::slack_of() of the surface under it; of the bake
@@ -63,11 +68,22 @@ struct World {
   void index_triangles(Progress& progress);
   /// Chooses radii of samples where the user gave none.
   void resolve_radii(Progress& progress);
-  /// Divides the paths among the lights, by the use of their light, and chooses the quanta of
-  /// power.
+  /// Divides the paths among the loaded lights, by the use of their light, and chooses the quanta of
+  /// power and the lights whose direct light comes from shadow rays. Then adds the other lights.
   void allot_paths(Progress& progress);
-  /// Chooses the lights whose direct light comes from shadow rays. `segments`: expected number.
-  void choose_direct(double segments);
+  /// Appends the lights of objects from `first` on, which edits added. If these are the first
+  /// lights of all, chooses the quanta of power by those of the first object that has some, and
+  /// returns their number; otherwise 0.
+  size_t add_lights(uint32_t first);
+  /// Whether lamps and reflectances are as they were loaded, so that a new session of the scene as it
+  /// is would choose as a bake here does.
+  bool is_as_loaded() const;
+  /// Says that edits added the objects from this one on.
+  void count_as_loaded(uint32_t objects);
+  /// The scene before any edit, but without movables: nothing in it depends on edits.
+  scene::Scene as_loaded() const;
+  /// A loaded light before any edit, with the paths that the present one has.
+  trace::Light as_loaded(size_t light) const;
   bool is_present(size_t sample) const {
     const uint32_t object = samples.attached[sample];
     return object == scene::kNone || scene.objects[object].present;
@@ -202,5 +218,12 @@ struct World {
                  : std::numeric_limits<float>::infinity()}};
   }
 };
+
+/// The lights of `object` of `scene`, with path counts that suit the lights already in `world`:
+/// their paths carry as much power as those of the brightest existing light divided by two, so that
+/// noise stays even, but a light gets at least the share of paths that each of `groups` groups is
+/// granted, since other lights may be dimmed. Throws SceneError.
+std::vector<trace::Light> added_lights(const World& world, const scene::Scene& scene,
+                                       uint32_t object, uint32_t groups);
 
 }  // namespace deltalux::session

@@ -15,7 +15,7 @@ from deltalux.segments import Progress
 from deltalux.session import ranges
 
 from .archive import WholeArchive, WithoutPaths
-from .shard import Answer, Batch, Edit, Held, MemoryArchive, Seed, Told
+from .shard import Answer, Batch, Edit, Held, MemoryArchive, Seed
 from .shards import Shards, Step, choices_of
 
 # Of what a shard does at once: a fraction of a second of one thread, some MB of answer.
@@ -96,17 +96,16 @@ class SharedCore:
     def _bake(self, progress: Progress | None) -> dict[str, Any]:
         frame: dict[str, Any] = {}
         begin = time.perf_counter()
-        told, answers = self._answers(
+        changes, answers = self._answers(
             "bake", self._batches, seed=self._present, again=False, fresh=not self._was_lit,
             meanwhile=lambda: frame.update(self._core.bake(progress, leave_direct=True)),
             progress=progress,
         )  # fmt: skip
         stages = frame["milliseconds"]
         stages["shards"] = max(0.0, 1e3 * (time.perf_counter() - begin) - sum(stages.values()))
-        for part in told:
-            self._add(part.changes)
-        first = ranges.add_up([part.flights for part in told if part.flights is not None])
-        for stage, work in (("direct", self._light), ("gather", lambda p: self._gather(first, p))):
+        for own in changes:
+            self._add(own)
+        for stage, work in (("direct", self._light), ("gather", self._gather)):
             begin = time.perf_counter()
             work(progress)
             stages[stage] = stages.get(stage, 0.0) + 1e3 * (time.perf_counter() - begin)
@@ -124,26 +123,24 @@ class SharedCore:
             lambda first, last, found: self._core.take_direct(first, last, MemoryArchive(found)), progress,
         )  # fmt: skip
 
-    def _gather(self, first: ranges.FirstFlights, progress: Progress | None) -> None:
-        """Choose guides, and let shards choose numbers of gather rays and cast them."""
+    def _gather(self, progress: Progress | None) -> None:
+        """Let shards choose numbers of gather rays and cast them."""
         core = self._core
-        core.begin_gather(first.lights, first.cells, first.landed.at, first.landed.values, progress)
-        # a shard that is made of the choices of now knows these lights
-        self._shards.ask("ask_for", core.asked_lights(), seed=self._present, again=False)
+        core.begin_gather(progress)
         if not core.is_gathering():
             return
-        join = ("join_gather", (core.save_gather(),))
+        place: Step = ("place_samples", ())
         cuts = self._cuts()
         numbers: dict[int, Any] = {}
         self._share(
-            "find noisy places", join, cuts,
-            lambda first, last: ("number_rays", (first, core.direct_of_samples(first, last))),
+            "find noisy places", place, cuts,
+            lambda first, last: ("number_rays", (first, last)),
             lambda first, last, found: numbers.update({first: found}), progress,
         )  # fmt: skip
         in_order = (numbers[first] for first in cuts[:-1])
         core.take_numbers(*map(np.concatenate, zip(*in_order, strict=True)))
         self._share(
-            "cast gather rays", join, core.ray_cuts(RAYS_OF_PIECE).tolist(),
+            "cast gather rays", place, core.ray_cuts(RAYS_OF_PIECE).tolist(),
             lambda first, last: ("cast_gather_rays", (first, last, core.save_aims(first, last))),
             lambda first, last, found: core.take_hits(first, last, MemoryArchive(found)), progress,
         )  # fmt: skip
@@ -195,7 +192,7 @@ class SharedCore:
             own_part()
             return frame
         try:
-            told, answers = self._answers(
+            changes, answers = self._answers(
                 "update", batches, self._since, seed=self._last_complete, meanwhile=own_part,
                 progress=progress,
             )  # fmt: skip
@@ -205,7 +202,7 @@ class SharedCore:
                 self._shards.forget_all()
                 self._seed = None
             raise
-        self._add_all(told)
+        self._add_all(changes)
         frame["milliseconds"]["total"] = 1e3 * (time.perf_counter() - begin)
         return _with_counts(frame, answers)
 
@@ -215,17 +212,17 @@ class SharedCore:
             self._shards.forget_all()
             self._batches, self._seed = (), None
         self._in_doubt = True
-        told, answers = self._answers("recompute", seed=self._present, again=False, progress=progress)
+        changes, answers = self._answers("recompute", seed=self._present, again=False, progress=progress)
         frame = self._core.recompute(progress)
-        self._add_all(told)
+        self._add_all(changes)
         return _with_counts(frame, answers)
 
     def restore(self, arrays: Any, progress: Progress | None) -> None:
         """Take over what a file holds, but for paths: shards trace them again, to the same bits."""
         self._core.restore(WithoutPaths(arrays), progress)
         if self._core.baked:
-            told, _ = self._answers("recompute", seed=self._present, again=False, progress=progress)
-            self._add_all(told)
+            changes, _ = self._answers("recompute", seed=self._present, again=False, progress=progress)
+            self._add_all(changes)
             self._lit = True
 
     def _queued(self) -> Batch:
@@ -254,27 +251,27 @@ class SharedCore:
 
     def _answers(
         self, command: str, *args: Any, progress: Progress | None, **how: Any
-    ) -> tuple[list[Told], list[Answer | Held]]:
-        """Let all shards run a command; what they tell, added up where they are many, and their answers.
+    ) -> tuple[list[ranges.PathChanges], list[Answer | Held]]:
+        """Let all shards run a command; what their sums changed, added up where they are many, and their answers.
 
         `how`: of `Shards.ask`.
         """
         if len(self._shards) <= self._shards.most_parts:
             answers = self._shards.ask(command, *args, progress=progress, **how)
-            return [answer.told for answer in answers], answers
+            return [answer.changes for answer in answers], answers
         answers = self._shards.ask("hold", command, *args, progress=progress, **how)
         told = self._shards.told(progress)
         if told is None:  # some shard is lost
             again = {"seed": how["seed"], "progress": progress, "again": how.get("again", True)}
             step = (command, *args) if again["again"] else ("last_answer",)
-            told = [answer.told for answer in self._shards.ask(*step, **again)]
+            told = [answer.changes for answer in self._shards.ask(*step, **again)]
         return told, answers
 
-    def _add_all(self, told: Sequence[Told]) -> None:
+    def _add_all(self, changes: Sequence[ranges.PathChanges]) -> None:
         """Add what all shards told; if that is interrupted, everything is computed again by the next call."""
         self._in_doubt = True
-        for part in told:
-            self._add(part.changes)
+        for own in changes:
+            self._add(own)
         self._complete()
 
     def _complete(self) -> None:

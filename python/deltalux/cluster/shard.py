@@ -60,22 +60,10 @@ class Seed:
 
 
 @dataclass(frozen=True, eq=False)
-class Told:
-    """What shards tell of their paths, after a bake with first flights; those of all add up."""
-
-    changes: ranges.PathChanges
-    flights: ranges.FirstFlights | None
-
-    def __add__(self, other: Told) -> Told:
-        flights = self.flights and other.flights and self.flights + other.flights
-        return Told(self.changes + other.changes, flights)
-
-
-@dataclass(frozen=True, eq=False)
 class Answer:
     """What a shard says after a bake, an update or a recompute."""
 
-    told: Told
+    changes: ranges.PathChanges
     frame: Frame
 
 
@@ -185,27 +173,25 @@ class Shard:
                     ranges.queue_edit(session, kind, values)
                 self._number = batch.number
 
-    def _say(self, frame: Frame, with_flights: bool) -> Answer:
-        session = self._own_session()
-        flights = ranges.first_flights(session) if with_flights else None
-        self._answer = Answer(Told(ranges.path_changes(session), flights), frame)
+    def _say(self, frame: Frame) -> Answer:
+        self._answer = Answer(ranges.path_changes(self._own_session()), frame)
         return self._answer
 
     def _bake(self, batches: Sequence[Batch]) -> Answer:
         self._answer = None
         self._queue(batches)
-        return self._say(self._own_session().bake(), True)
+        return self._say(self._own_session().bake())
 
     def _restore(self, seed: Seed) -> Answer:
         """Trace all paths anew in the state of the seed."""
         session = self._make(seed.scene)
         ranges.restore_choices(session, MemoryArchive(seed.choices))
         self._number = seed.number
-        return self._say(session.recompute(), True)
+        return self._say(session.recompute())
 
     def _recompute(self) -> Answer:
         self._answer = None
-        return self._say(self._own_session().recompute(), False)
+        return self._say(self._own_session().recompute())
 
     def _update(self, batches: Sequence[Batch], since: int | None) -> Answer:
         """Apply the batches that are new here; tell what they changed `since` that edit.
@@ -216,10 +202,10 @@ class Shard:
         frame = self._own_session().update()
         last = self._answer
         edits = self._own_session().statistics["edits"]
-        if last is not None and (last.told.changes.since, last.told.changes.edits) == (since, edits):
+        if last is not None and (last.changes.since, last.changes.edits) == (since, edits):
             return last
-        answer = self._say(frame, False)
-        if (found := answer.told.changes.since) != since:
+        answer = self._say(frame)
+        if (found := answer.changes.since) != since:
             raise OutOfStep(f"cluster: a shard tells changes from edit {found}, not {since}")
         return answer
 
@@ -233,20 +219,14 @@ class Shard:
             raise OutOfStep("cluster: a shard has no answer to give again")
         return self._answer
 
-    def _ask_for(self, lights: np.ndarray) -> None:
-        ranges.ask_for(self._own_session(), lights)
-
     def _place_samples(self) -> None:
         ranges.place_samples(self._own_session())
 
     def _cast_direct(self, first: int, last: int) -> dict[str, np.ndarray]:
         return ranges.cast_direct(self._own_session(), first, last)
 
-    def _join_gather(self, choices: Mapping[str, np.ndarray]) -> None:
-        ranges.join_gather(self._own_session(), MemoryArchive(choices))
-
-    def _number_rays(self, first: int, direct: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return ranges.number_rays(self._own_session(), first, direct)
+    def _number_rays(self, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
+        return ranges.number_rays(self._own_session(), first, last)
 
     def _cast_gather_rays(
         self, first: int, last: int, aims: Mapping[str, np.ndarray]

@@ -16,7 +16,7 @@ from deltalux.errors import Cancelled, Error
 from deltalux.segments import Progress
 from deltalux.session import ranges
 
-from .shard import Blueprint, OutOfStep, Seed, Shard, Told
+from .shard import Blueprint, OutOfStep, Seed, Shard
 
 STAGE = "trace shards"  # what progress callbacks are told while shards trace paths
 LONG_STAGE = "trace paths"  # the stage of a shard that takes its time
@@ -211,7 +211,7 @@ class Shards:
                 self._begin_again(job, make)
             self._follow(jobs, make, tell)
 
-    def told(self, progress: Progress | None) -> list[Told] | None:
+    def told(self, progress: Progress | None) -> list[ranges.PathChanges] | None:
         """What all shards told last, added up by a tree of tasks on the workers; None where that fails.
 
         Raises
@@ -428,7 +428,7 @@ class Shards:
         return now if alone is None else alone
 
 
-def _told_by(command: int, *shards: Any) -> Told:
+def _told_by(command: int, *shards: Any) -> ranges.PathChanges:
     """What these shards told last, added up."""
     answers = [shard.run(command, "last_answer") for shard in shards]
     came, news = 0, time.monotonic()
@@ -439,10 +439,10 @@ def _told_by(command: int, *shards: Any) -> Told:
             came, news = done, now
         elif now - news > _QUIET:  # what waits takes the place of the task that makes a lost shard again
             raise OutOfStep(f"cluster: found no answer of a shard for {_QUIET:g} s")
-    return ranges.add_up([answer.result().told for answer in answers])
+    return ranges.add_up([answer.result().changes for answer in answers])
 
 
-def _sum(*parts: Told) -> Told:
+def _sum(*parts: ranges.PathChanges) -> ranges.PathChanges:
     return ranges.add_up(parts)
 
 

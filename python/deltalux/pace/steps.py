@@ -19,6 +19,7 @@ THREADS = 0.8  # exponent: n threads are n to this power times as fast as one
 SIMPLE = 5.75  # depth of the simplest scene that was measured
 EDGES = 0.018  # share of pixels at edges in the simplest scene
 POINT = 0.1  # a lamp without extent counts as this share of a luminous surface
+MOST_PATHS = 1 << 20  # of those by which guides are chosen
 PILOTS = frozenset({"ray map", "estimate"})  # stages that pilots of methods report
 
 
@@ -142,18 +143,22 @@ def baking(counts: Counts, calibrated: bool = True) -> list[Step]:
     ]
     if not c.rays and not c.workers:
         steps.append(Step("openness", _openness(c), "rays"))
+    steps.append(_planning())
+    if c.rays:
+        steps += [
+            Step("find what lamps light", 0.1 + 3e-5 * c.triangles + _path(c) * min(c.paths, MOST_PATHS), "paths"),
+            Step("find bright places", 0.025 * c.depth, "rays"),
+            Step("find openings", 8e4 * _ray(c), "rays"),
+        ]
     steps += [
-        _planning(),
         Step("trace paths", 0.0 if c.workers else _path(c) * c.paths, "paths"),
     ]
     shared = [Step("direct light", _shadow(c) * c.samples, "shadows")]  # by workers, if there are any
     if c.rays:
         shared += [
-            Step("cover cells", 0.05 + 2e-6 * c.triangles, "rays"),
-            Step("find bright places", 0.025 * c.depth, "rays"),
-            Step("find openings", 8e4 * _ray(c), "rays"),
-            Step("share rays", 0.0 if c.workers else 1e-5 * c.samples, "once"),  # workers share as they find
             Step("find noisy places", 1.2 * PILOT_RAYS * _ray(c) * c.samples * c.rays, "rays"),
+            Step("share rays", 0.0 if c.workers else 1e-5 * c.samples, "once"),  # workers share as they find
+            Step("cover cells", 0.05 + 2e-6 * c.triangles, "rays"),
             Step("cast gather rays", _ray(c) * c.all_rays, "rays"),
         ]
     everyone = replace(c, threads=max(c.threads, c.workers))
@@ -208,7 +213,7 @@ def updating(counts: Counts) -> list[Step]:
 def recomputing(counts: Counts) -> list[Step]:
     """Steps that recompute an open session."""
     prepared = ("index triangles", "divide surfaces", "trace paths", "direct light")
-    again = (*prepared, "cover cells", "share rays", "cast gather rays")
+    again = (*prepared, "share rays", "cover cells", "cast gather rays")
     return [step for step in baking(counts) if step.name in again]
 
 

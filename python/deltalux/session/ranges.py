@@ -8,9 +8,7 @@ the sums of all parts, with the bits of a session with all paths::
         s.bake()
     for part in parts:
         add_path_changes(whole, path_changes(part))
-    gather(whole, add_up([first_flights(part) for part in parts]))
-    for part in parts:
-        ask_for(part, asked_lights(whole))
+    gather(whole)
     whole.irradiance
 
 All take the same edits. After an update of all of them, add the `path_changes` of each part, once; before,
@@ -35,23 +33,18 @@ from deltalux.segments import BATCHES
 from .session import Session
 
 __all__ = [
-    "FirstFlights",
     "GradientSums",
     "PathChanges",
     "PathSums",
     "SparseRow",
     "add_path_changes",
     "add_up",
-    "ask_for",
-    "asked_lights",
     "cast_direct",
     "cast_gather_rays",
     "digest",
-    "first_flights",
     "gather",
     "gradient",
     "gradient_sums",
-    "join_gather",
     "number_rays",
     "path_changes",
     "path_sums",
@@ -182,30 +175,6 @@ class PathChanges:
 
 
 @dataclass(frozen=True, eq=False)
-class FirstFlights:
-    """What the first flights from narrow spots and suns bring to cells; those of ranges add up.
-
-    Parameters
-    ----------
-    lights : (k,) uint32, numbers of lights
-    cells : number of cells
-    landed : SparseRow of (k * cells * batches) places with 3 quanta each, of light, cell and batch
-    """
-
-    lights: np.ndarray
-    cells: int
-    landed: SparseRow
-
-    def __add__(self, other: FirstFlights) -> FirstFlights:
-        if not np.array_equal(self.lights, other.lights):
-            raise OptionError(
-                f"first flights: found lights {other.lights.tolist()} beside {self.lights.tolist()}, "
-                "expected those of one scene and state"
-            )
-        return FirstFlights(self.lights, self.cells, self.landed + other.landed)
-
-
-@dataclass(frozen=True, eq=False)
 class GradientSums:
     """What gradients are made of; those of ranges add up.
 
@@ -229,7 +198,7 @@ def ranges_of(paths: int, count: int) -> list[tuple[int, int]]:
 
 
 def add_up(parts: Sequence[_T]) -> _T:
-    """The sum of what all ranges have: of PathSums, PathChanges, FirstFlights, GradientSums or hashes."""
+    """The sum of what all ranges have: of PathSums, PathChanges, GradientSums or hashes."""
     return reduce(add, parts)
 
 
@@ -252,33 +221,6 @@ def gradient_sums(session: Session) -> GradientSums:
     with session._calls.one(long=True):
         session._finish()
         return GradientSums(*session._session().gradient_sums(session.progress))
-
-
-def first_flights(session: Session) -> FirstFlights:
-    """First flights of the session's paths, directly after its bake."""
-    with session._calls.one(long=True):
-        lights, cells, at, quanta = session._baked_session().first_flights()
-        return FirstFlights(lights, cells, SparseRow(len(lights) * cells * BATCHES, at, quanta))
-
-
-def ask_for(part: Session, lights: np.ndarray) -> None:
-    """Leave first flights from these lights out of the cells, after the bake.
-
-    Gather rays compute the direct light of these lights by shadow rays.
-
-    Raises
-    ------
-    OptionError
-        For a session that does not hold a part of the paths, or that does not gather.
-    """
-    with part._calls.one(long=True):
-        part._baked_session().ask_for(lights)
-
-
-def asked_lights(whole: Session) -> np.ndarray:
-    """(k,) uint32: the lights for which gather rays cast shadow rays, of a session after its `gather`."""
-    with whole._calls.one(long=True):
-        return whole._baked_session().asked_lights()
 
 
 def path_changes(part: Session) -> PathChanges:
@@ -317,10 +259,10 @@ def add_to(core: Any, changes: PathChanges) -> None:
     core.add_path_changes(changes.ranges, changes.edits, changes.since, *numbers)
 
 
-def gather(whole: Session, first: FirstFlights) -> None:
+def gather(whole: Session) -> None:
     """Complete the bake of a session without paths, to which the sums of all paths were added.
 
-    It chooses where gather rays go, and casts them.
+    It casts gather rays.
 
     Raises
     ------
@@ -330,9 +272,7 @@ def gather(whole: Session, first: FirstFlights) -> None:
     """
     with whole._calls.one(long=True):
         whole._forget_results()
-        whole._baked_session().gather(
-            first.lights, first.cells, first.landed.at, first.landed.values, whole.progress
-        )
+        whole._baked_session().gather(whole.progress)
 
 
 def queue_edit(part: Session, kind: str, values: Sequence[Any]) -> None:
@@ -361,7 +301,7 @@ def saved_arrays(part: Session) -> Any:
 
 
 def place_samples(part: Session) -> None:
-    """Prepare a part, after its bake, for `cast_direct`."""
+    """Prepare a part, after its bake, for casting rays."""
     with part._calls.one(long=True):
         part._baked_session().place_samples()
 
@@ -377,34 +317,19 @@ def cast_direct(part: Session, first: int, last: int) -> dict[str, np.ndarray]:
         return part._baked_session().cast_direct(first, last, part.progress)
 
 
-def join_gather(part: Session, choices: Any) -> None:
-    """Let a part take over what the session without paths chose for gather rays.
-
-    Parameters
-    ----------
-    choices : archive of the arrays that the core's `save_gather` returned
-    """
-    with part._calls.one(long=True):
-        part._baked_session().join_gather(choices)
-
-
-def number_rays(part: Session, first: int, direct: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Choose numbers of gather rays for samples from `first` on, in a part that joined a gather.
-
-    Parameters
-    ----------
-    direct : (n, 3), direct light of these samples
+def number_rays(part: Session, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
+    """Choose numbers of gather rays for samples `first` to `last`, in a part.
 
     Returns
     -------
     (n, bytes) uint8 guides that they see, (n,) int8 doublings of the standard number
     """
     with part._calls.one(long=True):
-        return part._baked_session().number_rays(first, direct, part.progress)
+        return part._baked_session().number_rays(first, last, part.progress)
 
 
 def cast_gather_rays(part: Session, first: int, last: int, aims: Any) -> dict[str, np.ndarray]:
-    """Cast the gather rays of samples `first` to `last`, in a part that joined a gather.
+    """Cast the gather rays of samples `first` to `last`, in a part.
 
     Parameters
     ----------

@@ -15,6 +15,7 @@ from deltalux.results import Frame, Result
 from deltalux.samples import Samples
 from deltalux.samples.interpolation import Interpolators
 from deltalux.scene import Mesh, Scene, rigid_pose
+from deltalux.scene.editing import with_edits
 from deltalux.scene.flatten import flatten
 from deltalux.segments import Progress, check_threads
 from deltalux.session_options import SessionOptions, checked_options, takes
@@ -202,9 +203,11 @@ class Session(SessionPlaces):
 
     @long_call
     def bake(self) -> Frame:
-        """Compute everything, with guides and numbers of rays for the present state.
+        """Compute everything.
 
-        If this is cancelled, the session stays as it was.
+        What it chooses (guides, numbers of rays, shares of paths) depends on no edit: on what does not move,
+        and on lamps and reflectances as they were loaded. So a bake after any edits has the bits of an
+        `update`. If this is cancelled, the session stays as it was.
         """
         return self._bake()
 
@@ -215,7 +218,7 @@ class Session(SessionPlaces):
         session = self._session()
         had_light = session.baked
         try:
-            frame = Frame(**session.bake(self.progress), rebake_gain=1.0)
+            frame = Frame(**session.bake(self.progress), rebake_gain=1.0 if session.is_as_loaded else None)
         except BaseException:
             # the callback failed, or Ctrl-C was pressed, after the bake had finished
             if session.baked and not had_light:
@@ -225,7 +228,7 @@ class Session(SessionPlaces):
         return frame
 
     @long_call
-    def rebake(self, scene: Scene, samples: Samples | None = None) -> Frame:
+    def rebake(self, scene: Scene | None = None, samples: Samples | None = None) -> Frame:
         """Bake another version of the scene, for example with more movables or lamps; edits so far are kept.
 
         That is a new bake of the session's options: poses, removed movables, dim factors and reflectances of
@@ -233,14 +236,19 @@ class Session(SessionPlaces):
 
         Parameters
         ----------
-        scene : Scene
+        scene : Scene or None
+            None: this one with poses and reflectances of now as loaded, for which guides and numbers of rays
+            are then chosen; see `rebake_gain`.
         samples : Samples or None
-            None: on the vertices of the scene's display mesh.
+            None: on the vertices of the scene's display mesh, or, without a scene, those of now.
 
         Raises
         ------
         OptionError, SceneError
         """
+        if scene is None:
+            scene = with_edits(self.scene, self._poses, (), {}, self._reflectances)
+            samples = samples or self.samples
         other = self._another(scene, samples)
         try:
             self._repeat_edits(other)
@@ -328,8 +336,7 @@ class Session(SessionPlaces):
     def recompute(self) -> Frame:
         """Compute everything again from scratch in the present state; the digest must not change.
 
-        What the bake chose stays: guides, numbers of rays, radii. `bake` chooses anew, so that its light
-        differs by noise; `Frame.rebake_gain` estimates by how much less.
+        What the bake chose stays: guides, numbers of rays, radii.
         """
         if self.foreign_build is not None:
             return self._bake()
@@ -407,11 +414,12 @@ class Session(SessionPlaces):
     @property
     @long_call
     def rebake_gain(self) -> float:
-        """By about which factor a new bake could reduce the standard error; 1 = nothing to gain.
+        """By about which factor `rebake()` could reduce the standard error; 1 = nothing to gain.
 
-        Edits may bring light to places that the bake had no reason to aim rays at: a lamp moves, a lid is
-        removed. The few rays that hit such a place bring much each. This is the RMS of the relative standard
-        error over what it would be without such rays. A bake may need them, too, so that less is gained.
+        Rays are aimed at places that lamps light where they were loaded. If a lamp moves, comes, or shines on
+        something painted anew, few rays hit its pool, and each brings much. This is the RMS of the relative
+        standard error over what it would be without such rays. A new bake may need them, too, so that less is
+        gained. While lamps and reflectances are as loaded, it is 1.
         """
         self._read()
         return self._gain

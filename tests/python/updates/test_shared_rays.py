@@ -54,11 +54,6 @@ def look(core, part: dl.Session, first: int, last: int) -> None:
     core.take_hits(first, last, MemoryArchive(ranges.cast_gather_rays(part, first, last, aims)))
 
 
-def begin_gather(core, parts: list[dl.Session]) -> None:
-    flights = ranges.add_up([ranges.first_flights(part) for part in parts])
-    core.begin_gather(flights.lights, flights.cells, flights.landed.at, flights.landed.values, None)
-
-
 def equal(whole: dl.Session, parts: list[dl.Session], one: dl.Session) -> None:
     """Digest, light and errors are those of the session with all paths."""
     assert ranges.digest(whole, ranges.add_up([ranges.segments_hash(part) for part in parts])) == one.digest()
@@ -75,12 +70,9 @@ def test_pieces_in_any_order(shared):
         ranges.place_samples(part)
     for first, last in ((141, SAMPLES), (0, 1), (1, 140), (140, 141)):
         light(core, parts[first % 2], first, last)
-    begin_gather(core, parts)
-    for part in parts:
-        ranges.ask_for(part, core.asked_lights())
-        ranges.join_gather(part, MemoryArchive(core.save_gather()))
+    core.begin_gather(None)
     numbers = [
-        ranges.number_rays(parts[first % 2], first, core.direct_of_samples(first, last))
+        ranges.number_rays(parts[first % 2], first, last)
         for first, last in ((0, 117), (117, SAMPLES))
     ]
     core.take_numbers(*map(np.concatenate, zip(*numbers, strict=True)))
@@ -104,7 +96,7 @@ def test_what_is_out_of_order_is_refused(shared):
     _, parts, whole = shared
     core, part = whole._core, parts[0]
     none = MemoryArchive({})
-    with pytest.raises(OptionError, match=r"call place_samples\(\) or join_gather"):
+    with pytest.raises(OptionError, match=r"call place_samples\(\)"):
         ranges.cast_direct(part, 0, 1)
     core.bake(None)
     with pytest.raises(OptionError, match="waits for no direct light"):
@@ -116,7 +108,7 @@ def test_what_is_out_of_order_is_refused(shared):
         ranges.add_to(core, ranges.path_changes(own))
         ranges.place_samples(own)
     with pytest.raises(OptionError, match="lacks direct light of some samples"):
-        begin_gather(core, parts)
+        core.begin_gather(None)
     with pytest.raises(OptionError, match="found samples 3 to 401, expected some of 400"):
         ranges.cast_direct(part, 3, 401)
     light(core, part, 0, 30)
@@ -124,18 +116,13 @@ def test_what_is_out_of_order_is_refused(shared):
         light(core, part, 29, 31)
     light(core, part, 30, SAMPLES)
     with pytest.raises(OptionError, match=r"expected begin_gather\(\)"):
-        core.save_gather()
-    begin_gather(core, parts)
+        core.save_aims(0, 1)
+    core.begin_gather(None)
     with pytest.raises(OptionError, match="waits for gather rays of others"):
-        begin_gather(core, parts)
-    with pytest.raises(OptionError, match="other lights with shadow rays"):
-        ranges.join_gather(part, MemoryArchive(core.save_gather()))
-    for own in parts:
-        ranges.ask_for(own, core.asked_lights())
-        ranges.join_gather(own, MemoryArchive(core.save_gather()))
+        core.begin_gather(None)
     with pytest.raises(OptionError, match=r"take_numbers\(\), and take_hits\(\)"):
         core.ray_cuts(100)
-    seen, doublings = ranges.number_rays(part, 0, core.direct_of_samples(0, SAMPLES))
+    seen, doublings = ranges.number_rays(part, 0, SAMPLES)
     with pytest.raises(OptionError, match="numbers of rays for 399 of 400 samples"):
         core.take_numbers(seen, doublings[1:])
     with pytest.raises(OptionError, match="a number of rays that no sample has"):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every value that can be read after edits is that of a recompute: values, not digests, are compared.
+"""Every value that can be read after edits is that of a recompute and of a bake: values are compared.
 
 The edits are of every kind, added meshes of all sizes, shapes and poses among them, which stand on floors on
 their corners, reach into discs and each other, and light the room; the sessions count in discs or gather.
@@ -128,7 +128,7 @@ OPTIONS = {
 @pytest.mark.parametrize("options", OPTIONS.values(), ids=OPTIONS)
 @settings(max_examples=examples(40), suppress_health_check=[HealthCheck.too_slow])
 @given(sequence=SEQUENCES)
-def test_values_are_those_of_a_recompute(options, sequence):
+def test_values_are_those_of_a_recompute_and_of_a_bake(options, sequence):
     """Those that are kept between readings, too: they are read before the last update."""
     scene, gathers = room(), options["gather"] != "off"
     points = dl.Samples(POINTS, (0, 1, 0), radius=0.3)
@@ -140,7 +140,8 @@ def test_values_are_those_of_a_recompute(options, sequence):
                 apply(session, edit)
             session.update()
             found, digest = values_of(session, gathers), session.digest()
-        session.recompute()
-        for name, expected in values_of(session, gathers).items():
-            np.testing.assert_array_equal(found[name], expected, err_msg=name)
-        assert session.digest() == digest
+        for again in (session.recompute, session.bake):
+            again()
+            for name, expected in values_of(session, gathers).items():
+                np.testing.assert_array_equal(found[name], expected, err_msg=f"{name}, {again.__name__}")
+            assert session.digest() == digest

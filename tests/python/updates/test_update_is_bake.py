@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: Apache-2.0
+"""After any edits, an update has the bits of a bake: of random rooms in which all that a bake chooses matters.
+
+Narrow spots and the sun make beams and guides, slits and pools other numbers of rays; a lamp stands on a
+movable, and a board covers a hole behind which there is more light.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import deltalux as dl
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from rooms import box, translation, turn
+from thoroughness import examples
+
+MATERIALS = [
+    dl.Material("white", (0.8, 0.78, 0.75)),
+    dl.Material("wood", (0.5, 0.35, 0.2)),
+    dl.Material("glow", (0, 0, 0), (6, 5, 4)),
+]
+PATHS = 4000
+
+
+def random_room(seed: int) -> dl.Scene:
+    """A room with a hole in its roof; its size, furniture and lamps depend on the seed."""
+    rng = np.random.default_rng(seed)
+    x, y, z = rng.uniform((1.5, 2.2, 1.2), (4, 3.5, 3))
+    vertices, triangles = box((2 * x, y, 2 * z), (0, y / 2, 0), inward=True)
+    roof = vertices[triangles][:, :, 1].min(axis=1) > y - 1e-9
+    hole = rng.uniform(0.2, 0.5)
+    rim = np.array([(a, y, b) for s in (1, hole) for a, b in ((-x, -z), (x, -z), (x, z), (-x, z)) for a, b in [(s * a, s * b)]])
+    ring = [t for i in range(4) for j in [(i + 1) % 4] for t in ((i, j, 4 + j), (i, 4 + j, 4 + i))]
+    meshes = [
+        dl.Mesh("walls", vertices, triangles[~roof], "white"),
+        dl.Mesh("roof", rim, np.array(ring), "white"),
+        dl.Mesh("panel", *box((0.5, 0.02, 0.3)), "glow", pose=translation(-0.6 * x, y - 0.05, 0)),
+        dl.Mesh("board", *box((2.2 * hole * x, 0.03, 2.2 * hole * z)), "wood", pose=translation(0, y + 0.02, 0), movable=True),
+    ]  # fmt: skip
+    for k in range(3):
+        size = rng.uniform(0.1, 0.7, 3)
+        at = translation(rng.uniform(-0.7, 0.7) * x, size[1] / 2 + 0.003, rng.uniform(-0.7, 0.7) * z)
+        meshes.append(dl.Mesh(f"case {k}", *box(size), "wood", pose=at @ turn(rng.uniform(0, 3)), movable=k == 0))
+    meshes.append(dl.Mesh("stand", *box((0.1, 0.5, 0.1)), "white", pose=translation(0.5, 0.26, 0.4), movable=True))
+    lights: list = [dl.SunLight("sun", rng.uniform((-1, -2, -1), (1, -1, 1)), (30, 29, 26))]
+    for k in range(2):
+        at = (rng.uniform(-0.6, 0.6) * x, y - 0.1, rng.uniform(-0.6, 0.6) * z)
+        lights.append(dl.SpotLight(f"spot {k}", at, (rng.uniform(-0.3, 0.3), -1, 0.1), (80, 75, 70), 0.05, 0.15))
+    lights.append(dl.SpotLight("lamp", (0, 0.3, 0), (0.2, -1, 0.3), (20, 18, 15), 0.1, 0.4, attached_to="stand"))
+    return dl.Scene(meshes, MATERIALS, lights)
+
+
+MOVABLES = st.sampled_from(["board", "case 0", "stand"])
+EDIT = st.one_of(
+    st.tuples(st.just("move"), MOVABLES, st.tuples(*[st.floats(-0.4, 0.4)] * 3), st.floats(-3, 3)),
+    st.tuples(st.just("move"), MOVABLES, st.tuples(*[st.floats(-0.4, 0.4)] * 3), st.floats(-3, 3)),
+    st.tuples(st.just("toggle"), MOVABLES),
+    st.tuples(st.just("dim"), st.sampled_from(["sun", "spot 0", "lamp", "panel"]), st.sampled_from([0.0, 0.2, 3.0])),
+    st.tuples(st.just("paint"), st.sampled_from(["white", "wood"]), st.floats(0, 0.9)),
+)
+SEQUENCES = st.lists(st.lists(EDIT, min_size=1, max_size=3), min_size=1, max_size=3)
+
+
+def apply(session: dl.Session, edit) -> None:
+    kind, name, *values = edit
+    if kind == "move" and session.poses[name] is not None:
+        by, angle = values
+        pose = session.pose(name) @ turn(angle)
+        pose[:3, 3] = np.clip(pose[:3, 3] + by, (-0.9, 0.1, -0.7), (0.9, 5, 0.7))
+        try:
+            session.move(name, pose)
+        except dl.OptionError as error:
+            assert "sun" in str(error)  # places outside that the sun's paths do not reach
+    elif kind == "toggle":
+        (session.add if session.poses[name] is None else session.remove)(name)
+    elif kind == "dim":
+        session.dim(name, values[0])
+    elif kind == "paint":
+        session.set_reflectance(name, (values[0], 0.5 * values[0], 0.2))
+
+
+def values_of(session: dl.Session) -> dict[str, np.ndarray]:
+    return {"irradiance": session.irradiance, "standard error": session.standard_error, "sums": session.sums}
+
+
+def same(found: dict[str, np.ndarray], expected: dict[str, np.ndarray]) -> None:
+    for name, value in expected.items():
+        np.testing.assert_array_equal(found[name], value, err_msg=name)
+
+
+OPTIONS = {"gather": {"gather": 64}, "discs": {"gather": "off"}}
+
+
+@pytest.mark.parametrize("options", OPTIONS.values(), ids=OPTIONS)
+@settings(max_examples=examples(100), suppress_health_check=[HealthCheck.too_slow])
+@given(seed=st.integers(0, 10_000), sequence=SEQUENCES)
+def test_an_update_has_the_bits_of_a_bake(options, seed, sequence):
+    """Of a session that is baked after the edits, with two threads; and of the same session."""
+    scene = random_room(seed)
+    samples = dl.Samples.on_vertices(scene, spacing=0.7)
+    options = {"paths": PATHS, "seed": seed} | options
+    with (
+        dl.Session(scene, samples, threads=1, **options) as updated,
+        dl.Session(scene, samples, threads=2, **options) as baked,
+    ):
+        updated.bake()
+        for edits in sequence:
+            for edit in edits:
+                for session in (updated, baked):
+                    apply(session, edit)
+            updated.update()
+        baked.bake()
+        same(values_of(updated), values_of(baked))
+        assert updated.digest() == baked.digest()
+        updated.bake()
+        same(values_of(updated), values_of(baked))
+
+
+@settings(max_examples=examples(20), suppress_health_check=[HealthCheck.too_slow])
+@given(seed=st.integers(0, 10_000), sequence=SEQUENCES)
+def test_saving_and_opening_between_changes_nothing(tmp_path_factory, seed, sequence):
+    scene = random_room(seed)
+    samples = dl.Samples.on_vertices(scene, spacing=0.7)
+    file = tmp_path_factory.mktemp("opened") / "room.dlx"
+    session = dl.Session(scene, samples, paths=PATHS, gather=64)
+    session.bake()
+    for edits in sequence:
+        for edit in edits:
+            apply(session, edit)
+        session.update()
+        session.save(file)
+        session.close()
+        session = dl.Session.open(file)
+    found = values_of(session)
+    session.bake()
+    same(found, values_of(session))
+    session.close()
+
+
+def moved(scene: dl.Scene, name: str, change: Callable[[np.ndarray], np.ndarray]) -> dl.Scene:
+    """The scene in a file in which this movable stands elsewhere."""
+    meshes = [dl.Mesh(m.name, m.vertices, m.triangles, m.material, material_index=m.material_index,
+                      pose=change(m.pose) if m.name == name else m.pose, movable=m.movable)
+              for m in scene.meshes]  # fmt: skip
+    return dl.Scene(meshes, scene.materials, scene.lights)
+
+
+@pytest.mark.parametrize("seed", [3, 11, 12])
+def test_an_update_has_the_bits_of_a_bake_of_the_edited_file(seed):
+    """Of a scene in which an object that carries no lamp stands elsewhere from the start."""
+    scene = random_room(seed)
+    pose = translation(0.2, 0.4, -0.3) @ turn(0.7)
+    samples = dl.Samples.on_vertices(scene, spacing=0.7)
+    options = {"paths": PATHS, "gather": 64}
+    with (
+        dl.Session(scene, samples, **options) as session,
+        dl.Session(moved(scene, "case 0", lambda _: pose), samples, **options) as other,
+    ):
+        session.bake()
+        session.move("case 0", pose)
+        session.update()
+        other.bake()
+        same(values_of(session), values_of(other))
