@@ -69,10 +69,9 @@ std::vector<double> allotments_of(std::span<const double> power, std::span<const
 
 }  // namespace
 
-std::vector<double> shares_by_use(const scene::Scene& scene, std::span<const Vec3f> reflectance,
-                                  const trace::RayCaster& caster, const samples::SampleSet& samples,
-                                  std::span<trace::Light> lights, const Workers& workers,
-                                  Progress& progress) {
+std::vector<double> shares_by_use(const scene::Scene& scene, const trace::RayCaster& caster,
+                                  const samples::SampleSet& samples, std::span<trace::Light> lights,
+                                  const Workers& workers, Progress& progress) {
   const std::vector<double> power = trace::shares_by_power(lights);
   const auto may_be_guided = [&](const trace::Light& light) {
     return light.is_parallel() && !moves(scene, light);
@@ -84,8 +83,8 @@ std::vector<double> shares_by_use(const scene::Scene& scene, std::span<const Vec
   if (lights.size() < 2 && std::none_of(lights.begin(), lights.end(), may_be_guided) &&
       std::none_of(lights.begin(), lights.end(), may_aim))
     return power;
-  const LightPilot pilot(scene, reflectance, caster,
-                         pilot_points(scene, caster, samples, metre, kPoints), workers, progress);
+  const LightPilot pilot(scene, caster, pilot_points(scene, caster, samples, metre, kPoints),
+                         workers, progress);
   const size_t n = pilot.points();
   if (n == 0) return power;
 

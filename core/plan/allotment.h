@@ -18,12 +18,11 @@ namespace deltalux::plan {
 /// Returns the share of the paths for each light, and gives suns their maps. A sample's variance is
 /// the sum over lights of power per path times irradiance, so the mean relative variance is minimal
 /// for N ~ sqrt(power * sum E_light / E^2), here for indirect light (direct light comes from shadow
-/// rays) over pilot_points() of these samples. Pilot paths only see static geometry
-/// and `reflectance` (per material), since shares must not depend on the poses of movables; lights
-/// that move count as average ones of their power. Throws Cancelled.
-std::vector<double> shares_by_use(const scene::Scene& scene, std::span<const Vec3f> reflectance,
-                                  const trace::RayCaster& caster, const samples::SampleSet& samples,
-                                  std::span<trace::Light> lights, const Workers& workers,
-                                  Progress& progress);
+/// rays) over pilot_points() of these samples. Pilot paths only see static geometry, and lights
+/// that move count as average ones of their power, since shares must not depend on the poses of
+/// movables. Throws Cancelled.
+std::vector<double> shares_by_use(const scene::Scene& scene, const trace::RayCaster& caster,
+                                  const samples::SampleSet& samples, std::span<trace::Light> lights,
+                                  const Workers& workers, Progress& progress);
 
 }  // namespace deltalux::plan

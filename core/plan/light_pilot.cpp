@@ -22,12 +22,6 @@ double photopic(const int64_t* e) {
   return deltalux::photopic({double(e[0]), double(e[1]), double(e[2])});
 }
 
-scene::Scene painted(scene::Scene scene, std::span<const Vec3f> reflectance) {
-  for (size_t m = 0; m < scene.materials.size(); ++m)
-    scene.materials[m].reflectance = reflectance[m];
-  return scene;
-}
-
 estimate::DiscIndex disc_index(const scene::Scene& scene, const trace::RayCaster& caster,
                                const samples::SampleSet& points, const Workers& workers,
                                Progress& progress) {
@@ -57,10 +51,9 @@ struct LightPilot::Flights {
   }
 };
 
-LightPilot::LightPilot(const scene::Scene& scene, std::span<const Vec3f> reflectance,
-                       const trace::RayCaster& caster, samples::SampleSet places,
-                       const Workers& workers, Progress& progress)
-    : scene_(painted(scene, reflectance)),
+LightPilot::LightPilot(const scene::Scene& scene, const trace::RayCaster& caster,
+                       samples::SampleSet places, const Workers& workers, Progress& progress)
+    : scene_(scene),
       caster_(caster),
       places_(std::move(places)),
       index_(disc_index(scene, caster, places_, workers, progress)) {}

@@ -25,11 +25,10 @@ class LightPilot {
   static constexpr uint32_t kBounces = 16;
   static constexpr uint32_t kChunk = 16;  ///< paths whose contributions are separated at a time
 
-  /// Only sees static geometry and `reflectance` (per material). `places`: where it measures, see
-  /// pilot_points(). Throws Cancelled.
-  LightPilot(const scene::Scene& scene, std::span<const Vec3f> reflectance,
-             const trace::RayCaster& caster, samples::SampleSet places, const Workers& workers,
-             Progress& progress);
+  /// Keeps references to scene and caster, of which it only sees static geometry. `places`: where
+  /// it measures, see pilot_points(). Throws Cancelled.
+  LightPilot(const scene::Scene& scene, const trace::RayCaster& caster, samples::SampleSet places,
+             const Workers& workers, Progress& progress);
 
   size_t points() const { return index_.discs().size(); }
   const samples::SampleSet& places() const { return places_; }
@@ -82,7 +81,7 @@ class LightPilot {
   /// Unscattered power of a light on the disc of a place, by a few shadow rays.
   double shines(const direct::LightShape& shape, Vec3f strength, size_t place) const;
 
-  scene::Scene scene_;
+  const scene::Scene& scene_;
   const trace::RayCaster& caster_;
   samples::SampleSet places_;
   estimate::DiscIndex index_;

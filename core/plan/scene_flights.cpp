@@ -15,11 +15,7 @@ SceneFlights trace_scene(const scene::Scene& scene, const samples::SampleSet& sa
                          const Workers& workers, Progress& progress) {
   const trace::RayCaster caster(scene, progress);
   std::vector<trace::Light> lights = trace::find_lights(scene);
-  std::vector<Vec3f> reflectance;
-  for (const scene::Material& material : scene.materials)
-    reflectance.push_back(material.reflectance);
-  trace::allot_paths(lights,
-                     shares_by_use(scene, reflectance, caster, samples, lights, workers, progress),
+  trace::allot_paths(lights, shares_by_use(scene, caster, samples, lights, workers, progress),
                      paths, options.batches);
   const trace::EnergyScale scale = trace::choose_scale(lights, options.max_bounces);
   const trace::Walk walk(scene, caster, options);

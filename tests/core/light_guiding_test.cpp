@@ -29,8 +29,7 @@ std::shared_ptr<const trace::AimMap> map_of_sky(float side, float land) {
   Progress progress;
   const trace::RayCaster caster(scene, progress);
   std::vector<trace::Light> lights = trace::find_lights(scene);
-  shares_by_use(scene, std::vector{scene.materials[0].reflectance, Vec3f{}}, caster,
-                samples_in_window_room(), lights, Workers(2), progress);
+  shares_by_use(scene, caster, samples_in_window_room(), lights, Workers(2), progress);
   return lights.at(0).aims;
 }
 

@@ -90,12 +90,11 @@ TEST(SunMap, IsTheSameForAnyThreadsAndFindsAHole) {
   const scene::Scene scene = room_with_hole();
   Progress progress;
   const RayCaster caster(scene, progress);
-  const std::vector<Vec3f> reflectance{scene.materials[0].reflectance};
   std::shared_ptr<const SunMap> maps[2];
   for (int k = 0; k < 2; ++k) {
     std::vector<Light> lights = find_lights(scene);
     const Workers workers(1 + 2 * k);
-    plan::shares_by_use(scene, reflectance, caster, {}, lights, workers, progress);
+    plan::shares_by_use(scene, caster, {}, lights, workers, progress);
     maps[k] = lights[0].map;
     ASSERT_TRUE(maps[k]);
   }
@@ -135,10 +134,8 @@ TEST(SunMap, FindsTheLandThatLightsARoomThroughItsWindow) {
   const samples::SampleSet samples = plan::samples_in_window_room();
   Progress progress;
   const RayCaster caster(scene, progress);
-  const std::vector<Vec3f> reflectance{scene.materials[0].reflectance,
-                                       scene.materials[1].reflectance};
   std::vector<Light> lights = find_lights(scene);
-  plan::shares_by_use(scene, reflectance, caster, samples, lights, Workers(2), progress);
+  plan::shares_by_use(scene, caster, samples, lights, Workers(2), progress);
   ASSERT_TRUE(lights[0].map);
   lights[0].path_count = 1 << 16;
   size_t before = 0, through = 0, patch[6][6] = {};

@@ -84,12 +84,8 @@ TEST(SunOpenings, ChancesAreThoseOfDiffuseReflections) {
 /// The share of the sun's paths that land on the land within 2 m of the opening.
 double share_before(const House& house) {
   std::vector<trace::Light> lights = trace::find_lights(house.scene);
-  std::vector<Vec3f> reflectance;
-  for (const scene::Material& material : house.scene.materials)
-    reflectance.push_back(material.reflectance);
   Progress progress;
-  shares_by_use(house.scene, reflectance, *house.caster, samples_in_window_room(), lights,
-                Workers(2), progress);
+  shares_by_use(house.scene, *house.caster, samples_in_window_room(), lights, Workers(2), progress);
   lights[0].path_count = 8192;
   double near = 0;
   for (uint64_t i = 0; i < lights[0].path_count; ++i) {

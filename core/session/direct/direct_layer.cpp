@@ -108,8 +108,7 @@ void DirectLayer::update(const trace::Change& edit, std::span<const ObjectChange
 std::unique_ptr<direct::DirectLight> DirectLayer::at(std::span<const direct::Receiver> others,
                                                      std::span<const uint8_t> lights) const {
   Progress part;
-  auto out =
-      std::make_unique<direct::DirectLight>(others.size(), *scales, world.options.seed);
+  auto out = std::make_unique<direct::DirectLight>(others.size(), *scales, world.options.seed);
   out->compute({*world.caster, world.lights, lights, others}, world.workers, part);
   return out;
 }
@@ -129,8 +128,8 @@ void DirectLayer::save(ArchiveView& archive) const {
 
 void DirectLayer::restore(ArchiveSource& archive) {
   const auto stored = archive.read_all<double>("direct.scales", 2);
-  direct::Scales fixed =
-      direct::choose_scales(world.loaded_lights, double(samples::scene_metre(world.scene, *world.caster)));
+  direct::Scales fixed = direct::choose_scales(
+      world.loaded_lights, double(samples::scene_metre(world.scene, *world.caster)));
   snapshot::check_quantum("direct.scales", stored[0], fixed.quantum);
   if (!(stored[1] >= 0 && std::isfinite(stored[1])))
     throw FormatError(

@@ -120,8 +120,7 @@ void Exchange::take_direct(size_t first, size_t last, ArchiveSource& archive) {
 void Exchange::check_placed(size_t first, size_t last) const {
   const State& s = state_;
   if (s.evaluates() || s.direct.receivers.empty())
-    throw OptionError(
-        "rays: found a session that casts none for others; call place_samples()");
+    throw OptionError("rays: found a session that casts none for others; call place_samples()");
   Awaited::check(first, last, s.direct.receivers.size());
 }
 

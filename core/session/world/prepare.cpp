@@ -35,17 +35,11 @@ std::vector<float> find_slacks(const World& world, Progress& progress) {
   return slack;
 }
 
-/// How many segments all paths of the loaded lights would have without movables; from a few paths.
-double expected_segments(const World& world) {
+/// How many segments all paths of the loaded lights would have in `scene`, World::as_loaded(); from
+/// a few paths.
+double expected_segments(const World& world, const scene::Scene& scene) {
   constexpr uint64_t kPilotPaths = 8192;
-  const scene::Scene* scene = &world.scene;
-  scene::Scene painted;
-  const auto as_loaded = [&](size_t m) {
-    return world.scene.materials[m].reflectance == world.loaded_reflectance[m];
-  };
-  for (size_t m = 0; scene == &world.scene && m < world.loaded_reflectance.size(); ++m)
-    if (!as_loaded(m)) painted = world.as_loaded(), scene = &painted;
-  const trace::Walk walk(*scene, *world.caster,
+  const trace::Walk walk(scene, *world.caster,
                          {world.options.seed, kBatches, world.options.max_bounces, false, 0, true});
   const uint64_t stride = std::max<uint64_t>(1, world.all_paths() / kPilotPaths);
   uint64_t walked = 0, segments = 0;
@@ -58,8 +52,8 @@ double expected_segments(const World& world) {
   return walked ? double(segments) / double(walked) * double(world.all_paths()) : 0.0;
 }
 
-/// The loaded lights whose direct light comes from shadow rays.
-std::vector<uint8_t> choose_direct(const World& world) {
+/// The loaded lights whose direct light comes from shadow rays. `scene`: World::as_loaded().
+std::vector<uint8_t> choose_direct(const World& world, const scene::Scene& scene) {
   const std::vector<trace::Light>& lights = world.loaded_lights;
   std::vector<uint8_t> chosen(lights.size(), world.options.direct == DirectMode::sampled);
   if (world.options.direct != DirectMode::automatic) return chosen;
@@ -69,7 +63,8 @@ std::vector<uint8_t> choose_direct(const World& world) {
   // discs of all; so shadow rays may cost several times what the gather rays do.
   const double gathered =
       world.gathers() ? std::max(kWorthRays, double(world.options.gather_rays)) : 0.0;
-  double budget = std::max(15.0 * expected_segments(world), kPerGatherRay * gathered * double(world.samples.size()));
+  double budget = std::max(15.0 * expected_segments(world, scene),
+                           kPerGatherRay * gathered * double(world.samples.size()));
   std::vector<size_t> order(lights.size());
   std::iota(order.begin(), order.end(), size_t(0));
   const auto rays = [&](size_t i) {
@@ -106,12 +101,12 @@ void World::resolve_radii(Progress& progress) {
 
 void World::allot_paths(Progress& progress) {
   lights.resize(loaded_lights.size());
-  path_shares =
-      plan::shares_by_use(scene, loaded_reflectance, *caster, samples, lights, workers, progress);
+  const scene::Scene loaded = as_loaded();
+  path_shares = plan::shares_by_use(loaded, *caster, samples, lights, workers, progress);
   trace::allot_paths(lights, path_shares, options.paths, kBatches);
   scale = trace::choose_scale(lights, options.max_bounces);
   group_sums();
-  light_sampled = choose_direct(*this);
+  light_sampled = choose_direct(*this, loaded);
   add_lights(loaded_objects);
 }
 

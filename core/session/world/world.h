@@ -50,9 +50,9 @@ struct World {
   std::vector<Box> sample_bounds;  // by object: local bounds of the samples attached to it
 
   std::unique_ptr<trace::RayCaster> caster;
-  std::vector<trace::Light> lights;       // in ascending order of first_path
-  std::vector<uint8_t> light_sampled;     // 1: direct light by shadow rays, not by first flights
-  std::vector<double> group_factor;       // dim factors, per group
+  std::vector<trace::Light> lights;    // in ascending order of first_path
+  std::vector<uint8_t> light_sampled;  // 1: direct light by shadow rays, not by first flights
+  std::vector<double> group_factor;    // dim factors, per group
   // Before any edit, since choices must not depend on edits: reflectances by material, objects and
   // lights.
   std::vector<Vec3f> loaded_reflectance;
@@ -68,15 +68,15 @@ struct World {
   void index_triangles(Progress& progress);
   /// Chooses radii of samples where the user gave none.
   void resolve_radii(Progress& progress);
-  /// Divides the paths among the loaded lights, by the use of their light, and chooses the quanta of
-  /// power and the lights whose direct light comes from shadow rays. Then adds the other lights.
+  /// Divides the paths among the loaded lights, by the use of their light, and chooses the quanta
+  /// of power and the lights whose direct light comes from shadow rays. Then adds the other lights.
   void allot_paths(Progress& progress);
   /// Appends the lights of objects from `first` on, which edits added. If these are the first
   /// lights of all, chooses the quanta of power by those of the first object that has some, and
   /// returns their number; otherwise 0.
   size_t add_lights(uint32_t first);
-  /// Whether lamps and reflectances are as they were loaded, so that a new session of the scene as it
-  /// is would choose as a bake here does.
+  /// Whether lamps and reflectances are as they were loaded, so that a new session of the scene as
+  /// it is would choose as a bake here does.
   bool is_as_loaded() const;
   /// Says that edits added the objects from this one on.
   void count_as_loaded(uint32_t objects);

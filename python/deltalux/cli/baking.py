@@ -255,8 +255,8 @@ def _notes(data: Mapping[str, Any]) -> list[str]:
         )
     if data["rebake_gain"] > REBAKE_PAYS:
         lines.append(
-            "rays are aimed by lamps and paints as loaded: a bake of the scene as it is now may make the error "
-            f"up to {data['rebake_gain']:.1f} times smaller"
+            "rays are aimed by lamps and paints as loaded: a bake of the scene as it is now may make the "
+            f"error up to {data['rebake_gain']:.1f} times smaller"
         )
     if warning := advice(claimed, data["paths"], data["gather"]):
         lines.append(warning)

@@ -252,7 +252,7 @@ class SharedCore:
     def _answers(
         self, command: str, *args: Any, progress: Progress | None, **how: Any
     ) -> tuple[list[ranges.PathChanges], list[Answer | Held]]:
-        """Let all shards run a command; what their sums changed, added up where they are many, and their answers.
+        """Let all shards run a command; what changed of their sums, added up for many, and their answers.
 
         `how`: of `Shards.ask`.
         """

@@ -145,8 +145,9 @@ def baking(counts: Counts, calibrated: bool = True) -> list[Step]:
         steps.append(Step("openness", _openness(c), "rays"))
     steps.append(_planning())
     if c.rays:
+        pilots = _path(c) * min(c.paths, MOST_PATHS)
         steps += [
-            Step("find what lamps light", 0.1 + 3e-5 * c.triangles + _path(c) * min(c.paths, MOST_PATHS), "paths"),
+            Step("find what lamps light", 0.1 + 3e-5 * c.triangles + pilots, "paths"),
             Step("find bright places", 0.025 * c.depth, "rays"),
             Step("find openings", 8e4 * _ray(c), "rays"),
         ]

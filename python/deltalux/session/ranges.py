@@ -28,7 +28,6 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 
 from deltalux.errors import OptionError
-from deltalux.segments import BATCHES
 
 from .session import Session
 

@@ -72,8 +72,7 @@ def test_pieces_in_any_order(shared):
         light(core, parts[first % 2], first, last)
     core.begin_gather(None)
     numbers = [
-        ranges.number_rays(parts[first % 2], first, last)
-        for first, last in ((0, 117), (117, SAMPLES))
+        ranges.number_rays(parts[first % 2], first, last) for first, last in ((0, 117), (117, SAMPLES))
     ]
     core.take_numbers(*map(np.concatenate, zip(*numbers, strict=True)))
     cuts = core.ray_cuts(4000).tolist()

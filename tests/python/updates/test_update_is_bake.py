@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""After any edits, an update has the bits of a bake: of random rooms in which all that a bake chooses matters.
+"""After any edits, an update has the bits of a bake, in random rooms where all that a bake chooses matters.
 
 Narrow spots and the sun make beams and guides, slits and pools other numbers of rays; a lamp stands on a
 movable, and a board covers a hole behind which there is more light.
@@ -12,9 +12,11 @@ from collections.abc import Callable
 import deltalux as dl
 import numpy as np
 import pytest
+from deltalux.session import ranges
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from rooms import box, translation, turn
+from shared_sessions import Shared
 from thoroughness import examples
 
 MATERIALS = [
@@ -25,6 +27,10 @@ MATERIALS = [
 PATHS = 4000
 
 
+def movable(name: str, size: tuple[float, float, float], pose: np.ndarray) -> dl.Mesh:
+    return dl.Mesh(name, *box(size), "wood", pose=pose, movable=True)
+
+
 def random_room(seed: int) -> dl.Scene:
     """A room with a hole in its roof; its size, furniture and lamps depend on the seed."""
     rng = np.random.default_rng(seed)
@@ -32,33 +38,39 @@ def random_room(seed: int) -> dl.Scene:
     vertices, triangles = box((2 * x, y, 2 * z), (0, y / 2, 0), inward=True)
     roof = vertices[triangles][:, :, 1].min(axis=1) > y - 1e-9
     hole = rng.uniform(0.2, 0.5)
-    rim = np.array([(a, y, b) for s in (1, hole) for a, b in ((-x, -z), (x, -z), (x, z), (-x, z)) for a, b in [(s * a, s * b)]])
+    corners = np.array([(-x, y, -z), (x, y, -z), (x, y, z), (-x, y, z)])
+    rim = np.concatenate([corners, corners * (hole, 1, hole)])
     ring = [t for i in range(4) for j in [(i + 1) % 4] for t in ((i, j, 4 + j), (i, 4 + j, 4 + i))]
     meshes = [
         dl.Mesh("walls", vertices, triangles[~roof], "white"),
-        dl.Mesh("roof", rim, np.array(ring), "white"),
+        dl.Mesh("roof", rim, ring, "white"),
         dl.Mesh("panel", *box((0.5, 0.02, 0.3)), "glow", pose=translation(-0.6 * x, y - 0.05, 0)),
-        dl.Mesh("board", *box((2.2 * hole * x, 0.03, 2.2 * hole * z)), "wood", pose=translation(0, y + 0.02, 0), movable=True),
-    ]  # fmt: skip
+        movable("board", (2.2 * hole * x, 0.03, 2.2 * hole * z), translation(0, y + 0.02, 0)),
+        movable("stand", (0.1, 0.5, 0.1), translation(0.5, 0.26, 0.4)),
+    ]
     for k in range(3):
         size = rng.uniform(0.1, 0.7, 3)
         at = translation(rng.uniform(-0.7, 0.7) * x, size[1] / 2 + 0.003, rng.uniform(-0.7, 0.7) * z)
-        meshes.append(dl.Mesh(f"case {k}", *box(size), "wood", pose=at @ turn(rng.uniform(0, 3)), movable=k == 0))
-    meshes.append(dl.Mesh("stand", *box((0.1, 0.5, 0.1)), "white", pose=translation(0.5, 0.26, 0.4), movable=True))
+        pose = at @ turn(rng.uniform(0, 3))
+        meshes.append(dl.Mesh(f"case {k}", *box(size), "wood", pose=pose, movable=k == 0))
     lights: list = [dl.SunLight("sun", rng.uniform((-1, -2, -1), (1, -1, 1)), (30, 29, 26))]
     for k in range(2):
         at = (rng.uniform(-0.6, 0.6) * x, y - 0.1, rng.uniform(-0.6, 0.6) * z)
-        lights.append(dl.SpotLight(f"spot {k}", at, (rng.uniform(-0.3, 0.3), -1, 0.1), (80, 75, 70), 0.05, 0.15))
-    lights.append(dl.SpotLight("lamp", (0, 0.3, 0), (0.2, -1, 0.3), (20, 18, 15), 0.1, 0.4, attached_to="stand"))
+        down = (rng.uniform(-0.3, 0.3), -1, 0.1)
+        lights.append(dl.SpotLight(f"spot {k}", at, down, (80, 75, 70), 0.05, 0.15))
+    aside = ((0, 0.3, 0), (0.2, -1, 0.3))
+    lights.append(dl.SpotLight("lamp", *aside, (20, 18, 15), 0.1, 0.4, attached_to="stand"))
     return dl.Scene(meshes, MATERIALS, lights)
 
 
-MOVABLES = st.sampled_from(["board", "case 0", "stand"])
+NAMES = st.sampled_from(["board", "case 0", "stand"])
+GROUPS = st.sampled_from(["sun", "spot 0", "lamp", "panel"])
+SHIFTS = st.tuples(*[st.floats(-0.4, 0.4)] * 3)
 EDIT = st.one_of(
-    st.tuples(st.just("move"), MOVABLES, st.tuples(*[st.floats(-0.4, 0.4)] * 3), st.floats(-3, 3)),
-    st.tuples(st.just("move"), MOVABLES, st.tuples(*[st.floats(-0.4, 0.4)] * 3), st.floats(-3, 3)),
-    st.tuples(st.just("toggle"), MOVABLES),
-    st.tuples(st.just("dim"), st.sampled_from(["sun", "spot 0", "lamp", "panel"]), st.sampled_from([0.0, 0.2, 3.0])),
+    st.tuples(st.just("move"), NAMES, SHIFTS, st.floats(-3, 3)),
+    st.tuples(st.just("move"), NAMES, SHIFTS, st.floats(-3, 3)),
+    st.tuples(st.just("toggle"), NAMES),
+    st.tuples(st.just("dim"), GROUPS, st.sampled_from([0.0, 0.2, 3.0])),
     st.tuples(st.just("paint"), st.sampled_from(["white", "wood"]), st.floats(0, 0.9)),
 )
 SEQUENCES = st.lists(st.lists(EDIT, min_size=1, max_size=3), min_size=1, max_size=3)
@@ -95,7 +107,7 @@ OPTIONS = {"gather": {"gather": 64}, "discs": {"gather": "off"}}
 
 
 @pytest.mark.parametrize("options", OPTIONS.values(), ids=OPTIONS)
-@settings(max_examples=examples(100), suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(50), suppress_health_check=[HealthCheck.too_slow])
 @given(seed=st.integers(0, 10_000), sequence=SEQUENCES)
 def test_an_update_has_the_bits_of_a_bake(options, seed, sequence):
     """Of a session that is baked after the edits, with two threads; and of the same session."""
@@ -121,19 +133,24 @@ def test_an_update_has_the_bits_of_a_bake(options, seed, sequence):
 
 @settings(max_examples=examples(20), suppress_health_check=[HealthCheck.too_slow])
 @given(seed=st.integers(0, 10_000), sequence=SEQUENCES)
-def test_saving_and_opening_between_changes_nothing(tmp_path_factory, seed, sequence):
+def test_opened_files_and_shared_bakes_have_the_same_bits(tmp_path_factory, seed, sequence):
+    """A session that is saved and opened between edits, and four that share a bake after them."""
     scene = random_room(seed)
-    samples = dl.Samples.on_vertices(scene, spacing=0.7)
+    samples, options = dl.Samples.on_vertices(scene, spacing=0.7), {"paths": PATHS, "gather": 64}
     file = tmp_path_factory.mktemp("opened") / "room.dlx"
-    session = dl.Session(scene, samples, paths=PATHS, gather=64)
+    session = dl.Session(scene, samples, **options)
     session.bake()
-    for edits in sequence:
-        for edit in edits:
-            apply(session, edit)
-        session.update()
-        session.save(file)
-        session.close()
-        session = dl.Session.open(file)
+    with Shared(scene, samples, ranges.ranges_of(PATHS, 4), **options) as shared:
+        for edits in sequence:
+            for edit in edits:
+                for own in (session, *shared.parts, shared.whole):
+                    apply(own, edit)
+            session.update()
+            session.save(file)
+            session.close()
+            session = dl.Session.open(file)
+        shared.bake()
+        shared.equals(session)
     found = values_of(session)
     session.bake()
     same(found, values_of(session))
