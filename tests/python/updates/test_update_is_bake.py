@@ -143,6 +143,8 @@ def test_opened_files_and_shared_bakes_have_the_same_bits(tmp_path_factory, seed
     with Shared(scene, samples, ranges.ranges_of(PATHS, 4), **options) as shared:
         for edits in sequence:
             for edit in edits:
+                if edit[:2] == ("move", "board"):  # out of the box that parts are baked for
+                    continue
                 for own in (session, *shared.parts, shared.whole):
                     apply(own, edit)
             session.update()
