@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Deltalux: incremental global illumination, equal to a recompute to the last bit."""
+"""Deltalux: incremental global illumination, equal to baking again to the last bit."""
 
 from . import estimate, model, scenes
 from .client import connect

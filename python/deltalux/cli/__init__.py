@@ -22,7 +22,7 @@ EXIT_FAILURE, EXIT_USAGE, EXIT_CANCELLED = 1, 2, 130
 app = typer.Typer(
     name="deltalux",
     help="""Global illumination that follows your edits: bake a scene once, move an object,
-    and get the new light of every point, equal to a recompute to the last bit.
+    and get the new light of every point, equal to baking again to the last bit.
 
     Start with [bold]deltalux demo[/], then [bold]deltalux bake office -o office.png[/].
     Each command explains itself: [bold]deltalux bake --help[/].""",

@@ -110,10 +110,11 @@ def run(
 ) -> None:
     """Edit a saved session: only the light that the edit touches is traced again.
 
-    Every edit can be repeated; all are applied together. The result equals a recompute of everything
-    with the choices of the bake (guides, numbers of rays, radii) to the last bit; a new bake of the edited
-    scene chooses anew and differs by its noise. A session of another build or processor, whose bits may
-    differ, is computed again first. The session file itself stays as it is: write a new one with -o.
+    Every edit can be repeated; all are applied together. The result equals a bake of the session in
+    its new state to the last bit. (A file in which lamps stand elsewhere or reflectances differ is another
+    scene: its paths and rays aim elsewhere, so that its light differs by noise.) A session of another
+    build or processor, whose bits may differ, is computed again first. The session file itself stays as it
+    is: write a new one with -o.
 
     [bold]Examples[/]
 
