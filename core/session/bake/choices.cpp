@@ -18,6 +18,7 @@ void choose_guiding(State& s, Progress& progress) {
   std::unique_ptr<State> c = choice_state(s, progress);
   choose_need(*c, choose_guides(*c, progress));
   s.rays.guiding = c->rays.guiding;
+  c->paths.store = {};  // their light is in the cells
   s.sharing.choices = std::move(c);
 }
 
