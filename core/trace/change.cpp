@@ -58,9 +58,10 @@ bool ChangeTest::touches(const Box& space) const {
 }
 
 bool ChangeTest::touches(Vec3f from, Vec3f to) const {
-  const SlabRay ray(from, to - from);
+  const Box bounds{min(from, to), max(from, to)};
   return std::any_of(boxes_.begin(), boxes_.end(), [&](const Box& box) {
-    return ray.entry(box, 1) < std::numeric_limits<float>::infinity();
+    return box.overlaps(bounds) &&  // spares most the divisions
+           SlabRay(from, to - from).entry(box, 1) < std::numeric_limits<float>::infinity();
   });
 }
 

@@ -170,6 +170,7 @@ void GatherHits::clear(const Guiding& guiding) {
   pending_.reset();
   parts_.assign(samples(), kParts);
   chains_.clear();
+  near_.clear();
   targets_.assign(rays_.all(), kDark);
   weights_.assign(guiding.empty() ? 0 : targets_.size(), 0.0f);
   in_beam_.assign(guiding.beams.empty() ? 0 : (targets_.size() + 63) / 64, 0);
@@ -254,11 +255,13 @@ GatherHits::Cast GatherHits::follow(const Context& context, const Workers& worke
                                     Progress& progress, const std::function<void(size_t)>& renew,
                                     const std::function<bool()>& more) {
   if (!pending_) return {};
+  bound_chains(workers);
   const Caster caster(*this, context);
   const StaleRays stale(*this, context, pending_->change);
   const std::vector<Task>& order = pending_->order;
   const std::vector<uint8_t>& fresh = pending_->change.samples;
   Cast cast;
+  std::vector<uint32_t> recast;  // blocks
   progress.announce("cast gather rays", order.size() - pending_->done);
   Step next;
   do {
@@ -277,9 +280,8 @@ GatherHits::Cast GatherHits::follow(const Context& context, const Workers& worke
       const size_t from = task.block * kBlock + begin % kBlock;
       const size_t to = std::min(samples(), from + (end - begin));
       if (from >= to) return;
-      const size_t ray = rays_.first(from);
       // Test many samples at once, since most are far from the change.
-      const bool apart = stale.passes_by(std::span(targets_).subspan(ray, rays_.first(to) - ray));
+      const bool apart = stale.passes_by(*near_[task.block]);
       std::vector<uint8_t> again;
       std::vector<uint32_t> which;
       for (size_t i = from; i < to; ++i) {
@@ -300,15 +302,33 @@ GatherHits::Cast GatherHits::follow(const Context& context, const Workers& worke
       }
     });
     progress.advance(step);
-    for (const CastRays& block : found) {
-      cast.rays += block.rays.size();
-      cast.changed += set(block);
+    for (size_t i = 0; i < found.size(); ++i) {
+      if (found[i].rays.empty()) continue;
+      cast.rays += found[i].rays.size();
+      cast.changed += set(found[i]);
+      recast.push_back(order[first + i * grain / kBlock].block);
     }
     pending_->done += step;
     next.took(watch.milliseconds());
   } while (pending_->done < order.size() && more());
+  // Until here the bounds are those of before: only samples that cast all rays are met twice.
+  for (const uint32_t block : recast) near_[block].reset();
   if (pending_->done == order.size()) pending_.reset();
   return cast;
+}
+
+void GatherHits::bound_chains(const Workers& workers) {
+  near_.resize((samples() + kBlock - 1) / kBlock);
+  workers.for_blocks(near_.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t block = begin; block < end; ++block) {
+      if (near_[block]) continue;
+      const size_t first = rays_.first(block * kBlock);
+      const size_t last = rays_.first(std::min(samples(), (block + 1) * kBlock));
+      Box& own = near_[block].emplace();
+      for (size_t place = first; place < last; ++place)
+        if (is_chain(targets_[place])) own.grow(chains_.footprint(chain_of(targets_[place])).near);
+    }
+  });
 }
 
 double GatherHits::PerRay::bytes(bool weighted) const {

@@ -143,6 +143,8 @@ class GatherHits {
   uint32_t shown(size_t sample) const { return rays_of(sample, parts_[sample]); }
   /// Stores results. Returns how many differ from what was stored.
   uint64_t set(const CastRays& found);
+  /// Brings `near_` up to date.
+  void bound_chains(const Workers& workers);
 
   RayCounts rays_;
   uint64_t seed_;
@@ -154,6 +156,8 @@ class GatherHits {
   std::vector<uint8_t> parts_;     // by sample: the number of parts of its rays that are up to date
   ChainPool chains_;
   std::optional<Pending> pending_;
+  // By block of samples: bounds of the footprints' near parts of its chains. Nullopt: not known.
+  std::vector<std::optional<Box>> near_;
 };
 
 }  // namespace deltalux::gather

@@ -23,6 +23,7 @@ StaleRays::StaleRays(const GatherHits& hits, const Context& context, const Chang
   for (const trace::MovedObject& moved : change.scene.objects)
     own_.push_back(context.cells.of_object(moved.object));
   find_changed_lights();
+  same_lamps_ = changed_.empty() && context.beams.size() == 0 && context.suns.lights().empty();
   if (context.beams.size() && !placed_) shade_beams();
 }
 
@@ -70,15 +71,11 @@ bool StaleRays::shaded(uint32_t target) const {
   return touches_beams(own.near) || touches_beams({own.to, own.to});
 }
 
-bool StaleRays::passes_by(std::span<const uint32_t> targets) const {
-  Box near;
-  for (uint32_t target : targets)
-    if (GatherHits::is_chain(target))
-      near.grow(hits_.chains().footprint(GatherHits::chain_of(target)).near);
-  if (near.empty()) return true;
-  if (test_.touches(near)) return false;
+bool StaleRays::passes_by(const Box& chains) const {
+  if (chains.empty()) return true;
+  if (test_.touches(chains)) return false;
   for (uint32_t light = 0; light < context_.lights.size(); ++light)
-    if (test_.touches_light(light, near)) return false;
+    if (test_.touches_light(light, chains)) return false;
   return true;
 }
 
@@ -86,19 +83,26 @@ void StaleRays::mark(const SampleRays& rays, size_t sample, bool apart,
                      std::vector<uint8_t>& again) const {
   const std::span<const uint32_t> targets = hits_.targets(sample);
   const size_t first = hits_.rays().first(sample);
-  for (size_t ray = 0; ray < targets.size(); ++ray)
-    again[ray] = gone(targets[ray], apart) || (hits_.in_beam(first + ray) && shaded(targets[ray]));
+  for (size_t ray = 0; ray < targets.size(); ++ray) again[ray] = gone(targets[ray], apart);
+  for (size_t ray = 0; ray < targets.size() && context_.beams.size(); ++ray)
+    again[ray] |= hits_.in_beam(first + ray) && shaded(targets[ray]);
   if (!change_.points.empty())
     rays.each_moved(change_.points, [&](uint32_t ray) { again[ray] = 1; });
   for (const trace::MovedObject& moved : change_.scene.objects) {
     if (moved.now.empty()) continue;
     rays.each_towards(moved.now.centre(), 0.5001f * moved.now.diagonal(), [&](uint32_t ray) {
-      if (again[ray]) return;
+      if (again[ray] || !may_be_hidden(targets[ray])) return;
       const Vec3f w = rays.aim(ray).w;
       again[ray] = !(w == Vec3f{}) && SlabRay(rays.origin(), w).entry(moved.now, kFar) < kFar &&
                    context_.caster.closest_object(moved.object, rays.origin(), w).valid();
     });
   }
+}
+
+bool StaleRays::may_be_hidden(uint32_t target) const {
+  if (!GatherHits::is_chain(target)) return true;
+  const trace::Footprint& own = hits_.chains().footprint(GatherHits::chain_of(target));
+  return test_.touches(own.from, own.to) || test_.touches(own.near);
 }
 
 bool StaleRays::gone(uint32_t target, bool apart) const {
@@ -110,12 +114,16 @@ bool StaleRays::gone(uint32_t target, bool apart) const {
 }
 
 bool StaleRays::is_own(uint32_t cell) const {
-  return std::any_of(own_.begin(), own_.end(),
-                     [&](const auto& range) { return cell >= range.first && cell < range.second; });
+  for (const auto& [first, end] : own_)
+    if (cell >= first && cell < end) return true;
+  return false;
 }
 
 bool StaleRays::touches(uint32_t chain, bool apart) const {
   const trace::Footprint& own = hits_.chains().footprint(chain);
+  // Most chains are far from what moved: do not even look at their vertices.
+  if (apart && same_lamps_ && !test_.touches(own.from, own.to) && !test_.touches(own.near))
+    return false;
   const std::span<const Vertex> vertices = hits_.chains().vertices(chain);
   if (vertices.front().is_of_end()) {
     // It consists of the ray alone, which mark() tests, too.

@@ -16,12 +16,12 @@ class StaleRays {
   /// `context`: of the scene after the change.
   StaleRays(const GatherHits& hits, const Context& context, const Change& change);
 
-  /// Whether the change misses all segments but the last of these chains, and the shadow rays at
-  /// their vertices.
-  bool passes_by(std::span<const uint32_t> targets) const;
+  /// Whether the change misses all segments but the last of chains within this box, and the shadow
+  /// rays at their vertices.
+  bool passes_by(const Box& chains) const;
 
   /// Sets again[ray] = 1 if what the ray met may have changed, or if something may be in its way
-  /// now. `apart`: the result of passes_by() for these targets, or for more.
+  /// now. `apart`: the result of passes_by() for the sample's chains, or for more.
   void mark(const SampleRays& rays, size_t sample, bool apart, std::vector<uint8_t>& again) const;
 
  private:
@@ -30,6 +30,9 @@ class StaleRays {
   /// Whether a ray that depends on beams does so by something that the change may have shaded.
   bool shaded(uint32_t target) const;
   bool touches_beams(const Box& points) const;
+  /// Whether what moved may lie in the way to what a ray met before: the first hit of a chain is
+  /// within its footprint, where a cell is it would take as long to tell as to test the ray.
+  bool may_be_hidden(uint32_t target) const;
   /// Whether what a ray met may have changed.
   bool gone(uint32_t target, bool apart) const;
   /// Whether the cell is one of an object that was moved.
@@ -47,10 +50,11 @@ class StaleRays {
   const Change& change_;
   trace::ChangeTest test_;
   std::vector<std::pair<uint32_t, uint32_t>> own_;  // cell ranges of the changed objects
-  bool suns_;                    // whether one of the suns that are asked at hits changed
-  direct::Shapes changed_;       // of the lights that changed, before and after
-  bool everywhere_ = false;      // whether these may matter anywhere
-  uint64_t placed_;              // one bit per beam: its lamp changed
+  bool suns_;                // whether one of the suns that are asked at hits changed
+  direct::Shapes changed_;   // of the lights that changed, before and after
+  bool everywhere_ = false;  // whether these may matter anywhere
+  bool same_lamps_ = false;  // whether no light changed, and none is asked at the ends of chains
+  uint64_t placed_;          // one bit per beam: its lamp changed
   std::vector<uint8_t> shaded_;  // by cell, see shade_beams(); empty if none is
 };
 
