@@ -333,3 +333,24 @@ def test_openness_comes_from_the_file(tmp_path):
         with dl.Session.open(tmp_path / "box.dlx") as opened:
             opened.recompute()
             np.testing.assert_array_equal(opened.irradiance, session.irradiance)
+
+
+def test_chains_that_an_edit_brought_are_followed_by_the_next_edit():
+    """A box comes beside samples that had nothing near; then another one shades the side that they see."""
+    rng = np.random.default_rng(4)
+    points = np.column_stack([rng.uniform(-0.1, 0.1, 24), np.zeros(24), rng.uniform(-0.1, 0.1, 24)])
+    scene = dl.Scene(
+        [
+            dl.Mesh("walls", *box((6, 3, 6), (0, 1.5, 0), inward=True), "wall"),
+            dl.Mesh("near", *box((0.3, 0.3, 0.3)), "wall", pose=translation(2, 0.151, 2), movable=True),
+            dl.Mesh("shade", *box((0.3, 0.05, 0.3)), "wall", pose=translation(-2, 2.5, -2), movable=True),
+        ],
+        [dl.Material("wall", (0.7, 0.7, 0.7))],
+        [dl.PointLight("bulb", (-0.5, 2.8, 0), (5, 5, 5))],
+    )
+    with dl.Session(scene, dl.Samples(points, (0, 1, 0)), paths=2000, gather=64) as session:
+        session.bake()
+        for name, at in (("near", (0.28, 0.151, 0)), ("shade", (-0.1, 1.5, 0)), ("shade", (-0.14, 1.6, 0))):
+            session.move(name, translation(*at))
+            session.update()
+        equals_recompute(session)
