@@ -303,10 +303,9 @@ GatherHits::Cast GatherHits::follow(const Context& context, const Workers& worke
     });
     progress.advance(step);
     for (size_t i = 0; i < found.size(); ++i) {
-      if (found[i].rays.empty()) continue;
       cast.rays += found[i].rays.size();
       cast.changed += set(found[i]);
-      recast.push_back(order[first + i * grain / kBlock].block);
+      if (!found[i].rays.empty()) recast.push_back(order[first + i * grain / kBlock].block);
     }
     pending_->done += step;
     next.took(watch.milliseconds());

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "session/bake/choices.h"
+#include "session/bake/choose_rays.h"
 #include "session/bake/forecast.h"
 #include "session/bake/trace_all.h"
 #include "session/paths/pilot_paths.h"
@@ -13,8 +14,8 @@ namespace deltalux::session {
 void gather_light(State& s, Progress& progress, bool new_numbers) {
   if (!s.gathers() || !s.evaluates()) return;
   s.rays.place();
-  const std::vector<gather::SeenTargets> seen =
-      new_numbers ? choose_numbers(s, progress) : s.rays.targets_of_samples(progress);
+  const std::vector<gather::SeenTargets> seen = s.rays.targets_of_samples(progress);
+  if (new_numbers) fit_rays(s);
   s.cells.cover(progress);
   s.rays.hits = s.rays.uncast(seen);
   s.rays.cast(progress);

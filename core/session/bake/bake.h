@@ -20,9 +20,9 @@ const std::vector<plan::PartPlan>& plan_parts(State& state, Progress& progress);
 /// it throws, the state remains damaged.
 void rebuild(State& state, Progress& progress);
 
-/// Casts the gather rays of all samples, towards the guides of the bake. `new_numbers`: chooses
-/// their numbers, as a bake does. In a session with a part of the paths, or without a final gather,
-/// this does nothing.
+/// Casts the gather rays of all samples, towards the guides of the bake. `new_numbers`: whether
+/// their numbers were just chosen, so that they have to fit into memory. In a session with a part
+/// of the paths, or without a final gather, this does nothing.
 void gather_light(State& state, Progress& progress, bool new_numbers = false);
 
 }  // namespace deltalux::session

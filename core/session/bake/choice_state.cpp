@@ -10,12 +10,10 @@
 namespace deltalux::session {
 namespace {
 
-constexpr uint64_t kMostPaths = uint64_t(1) << 20;  // guides do not get better with more
-
 Options options_of(const State& s) {
   Options options = s.options;
   options.range.reset();
-  options.paths = std::min(options.paths, kMostPaths);
+  options.paths = std::min(options.paths, kMostChoicePaths);
   return options;
 }
 

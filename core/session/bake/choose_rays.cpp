@@ -59,14 +59,21 @@ std::vector<int8_t> choose_doublings(const State& c, size_t first, size_t last,
   const uint32_t rays = c.options.gather_rays;
   progress.begin("find noisy places", last - first);
   const size_t together = seen_together(rays);
+  // A place that is dark while a lamp stands elsewhere may be noisy once it comes.
+  const bool moving_lamps =
+      std::any_of(c.lights.begin(), c.lights.end(), [&](const trace::Light& light) {
+        return light.object != scene::kNone && c.scene.objects[light.object].movable;
+      });
   for (size_t at = first; at < last; at += together) {
     const size_t count = std::min(together, last - at);
     const std::span receivers = std::span(c.direct.receivers).subspan(at, count);
-    Progress part;
+    Progress part(&progress);
     const std::vector<gather::SeenTargets> seen = c.rays.targets_at(receivers, rays, part);
     const std::vector<Vec3d> straight =
         irradiance_of(*c.direct.at(receivers, c.light_sampled), c.group_factor, 0, count);
-    const std::vector<int8_t> own = piloted(c.rays, {receivers, seen, straight}, rays, now);
+    std::vector<int8_t> own = piloted(c.rays, {receivers, seen, straight}, rays, now);
+    for (int8_t& one : own)
+      if (moving_lamps && one < 0) one = 0;
     std::copy(own.begin(), own.end(), doublings.begin() + long(at - first));
     progress.advance(count);
     progress.check();

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "base/error.h"
+#include "session/bake/choice_state.h"
 #include "session/bake/choose_rays.h"
 
 namespace deltalux::session {
@@ -26,6 +27,10 @@ size_t forecast_sharing(const State& s) {
   if (!s.options.range) return 0;
   size_t sum = s.holds_none() ? 0 : sizeof(int64_t) * s.discs.sum_count();
   if (!s.gathers()) return sum;
+  // Each of them chooses by as many paths as a session of all; these are gone once its own come.
+  const auto choosing = double(std::min(s.options.paths, kMostChoicePaths));
+  const auto more = std::max(0.0, choosing - double(s.paths.held.size()));
+  sum += size_t(s.forecast.bytes_per_path * more);
   if (!s.holds_none())  // what path_changes() returned; what gather rays cast for others need
     sum += s.cells.sums.quanta.size() * sizeof(int64_t) +
            s.samples.size() * sizeof(direct::Receiver) +

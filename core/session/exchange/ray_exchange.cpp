@@ -64,7 +64,10 @@ bool Exchange::may_gather() const {
 void Exchange::gather(Progress& progress) {
   State& s = state_;
   if (!may_gather()) return;
-  try_gather(s, [&] { gather_light(s, progress, true); });
+  try_gather(s, [&] {
+    s.rays.guiding.doublings = choose_all_doublings(s, progress);
+    gather_light(s, progress, true);
+  });
 }
 
 void Exchange::begin_gather(Progress& progress) {

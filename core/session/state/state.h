@@ -101,7 +101,7 @@ struct State : World {
   /// Bytes without spare discs: whether an edit is admitted does not depend on these.
   size_t needed_bytes() const {
     return paths.bytes() + discs.bytes() + direct.bytes() + cells.bytes() + rays.bytes() +
-           images.bytes() + sharing.bytes();
+           images.bytes() + sharing.bytes() + (sharing.choices ? sharing.choices->bytes() : 0);
   }
   size_t bytes() const { return needed_bytes() + (discs.spare ? discs.spare->bytes() : 0); }
 

@@ -144,12 +144,14 @@ def baking(counts: Counts, calibrated: bool = True) -> list[Step]:
     if not c.rays and not c.workers:
         steps.append(Step("openness", _openness(c), "rays"))
     steps.append(_planning())
+    noisy = Step("find noisy places", 1.2 * PILOT_RAYS * _ray(c) * c.samples * c.rays, "rays")
     if c.rays:
         pilots = _path(c) * min(c.paths, MOST_PATHS)
         steps += [
             Step("find what lamps light", 0.1 + 3e-5 * c.triangles + pilots, "paths"),
             Step("find bright places", 0.025 * c.depth, "rays"),
             Step("find openings", 8e4 * _ray(c), "rays"),
+            *([] if c.workers else [noisy]),
         ]
     steps += [
         Step("trace paths", 0.0 if c.workers else _path(c) * c.paths, "paths"),
@@ -157,7 +159,7 @@ def baking(counts: Counts, calibrated: bool = True) -> list[Step]:
     shared = [Step("direct light", _shadow(c) * c.samples, "shadows")]  # by workers, if there are any
     if c.rays:
         shared += [
-            Step("find noisy places", 1.2 * PILOT_RAYS * _ray(c) * c.samples * c.rays, "rays"),
+            *([noisy] if c.workers else []),
             Step("share rays", 0.0 if c.workers else 1e-5 * c.samples, "once"),  # workers share as they find
             Step("cover cells", 0.05 + 2e-6 * c.triangles, "rays"),
             Step("cast gather rays", _ray(c) * c.all_rays, "rays"),

@@ -117,12 +117,19 @@ def test_dimming_casts_no_ray(session):
 
 
 def test_any_point_can_be_asked(session):
-    """What samples have there, but for the order of sums; within 32 rays' noise far from any sample."""
+    """What samples have there, but for the order of sums; within 32 rays' noise far from any sample.
+
+    But for noise, too, where as many rays do not suffice with the movables as without: these give samples
+    their number.
+    """
     samples = session.samples
     still = samples.attached == None  # noqa: E711
     found = session.at(samples.points[still], samples.normals[still])
-    own = session.irradiance[still]
-    np.testing.assert_allclose(found, own, rtol=1e-12)
+    own, error = session.irradiance[still], session.standard_error[still]
+    same = np.isclose(found, own, rtol=1e-12, atol=0).all(axis=1)
+    assert same.mean() > 0.9
+    off = np.abs(found - own)[~same] / error[~same]
+    assert np.quantile(off, 0.9) < 3
     lonely = dl.Samples([[0.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
     with dl.Session(session.scene, lonely, paths=5000, gather=32) as other:
         other.bake()
@@ -270,7 +277,8 @@ def test_slits_are_spared_where_nothing_can_open_them(movable, off):
         if off:
             session.dim("b", 0)
         session.bake()
-        assert session.statistics["gather"]["rays"] == 64 * (256 if movable else 64)
+        rays = session.statistics["gather"]["rays"]
+        assert rays >= 64 * 256 if movable else rays == 64 * 64
         if movable:
             session.move("slab", translation(0, 1, 0))
             session.update()
