@@ -49,12 +49,7 @@ class CellLight {
   /// Recomputes the radiosity of changed cells, or of all cells after a change of units or
   /// reflectances.
   void renew(const CellState& state, const Workers& workers);
-  /// Takes over the radiosity of all cells as another session computed it; renew() must not follow.
-  void take(std::vector<Radiosity> radiosity, std::vector<Radiosity> caustics) {
-    radiosity_ = std::move(radiosity), caustics_ = std::move(caustics);
-  }
   const Radiosity& operator[](uint32_t cell) const { return radiosity_[cell]; }
-  std::span<const Radiosity> all() const { return radiosity_; }
   /// Irradiance by caustics alone, by cell; empty where cells do not sum these.
   const std::vector<Radiosity>& caustics() const { return caustics_; }
   static size_t forecast_bytes(size_t cells) { return cells * (sizeof(Radiosity) + sizeof(float)); }

@@ -85,7 +85,7 @@ void StaleRays::mark(const SampleRays& rays, size_t sample, bool apart,
   const size_t first = hits_.rays().first(sample);
   for (size_t ray = 0; ray < targets.size(); ++ray) again[ray] = gone(targets[ray], apart);
   for (size_t ray = 0; ray < targets.size() && context_.beams.size(); ++ray)
-    again[ray] |= hits_.in_beam(first + ray) && shaded(targets[ray]);
+    again[ray] = again[ray] || (hits_.in_beam(first + ray) && shaded(targets[ray]));
   if (!change_.points.empty())
     rays.each_moved(change_.points, [&](uint32_t ray) { again[ray] = 1; });
   for (const trace::MovedObject& moved : change_.scene.objects) {

@@ -11,6 +11,7 @@
 #include "session/paths/pilot_paths.h"
 
 namespace deltalux::session {
+
 void gather_light(State& s, Progress& progress, bool new_numbers) {
   if (!s.gathers() || !s.evaluates()) return;
   s.rays.place();

@@ -58,7 +58,6 @@ void CellLayer::update(const trace::Change& change) {
 void CellLayer::touch_all() { std::fill(sums.touched.begin(), sums.touched.end(), uint8_t(1)); }
 
 void CellLayer::renew_light() {
-  if (!world.evaluates()) return;
   const std::vector<double> units = world.cell_units();
   std::vector<double> caustics;
   if (world.has_caustics()) caustics = world.cell_units(true);

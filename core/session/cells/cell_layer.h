@@ -37,7 +37,7 @@ struct CellLayer {
   void update(const trace::Change& change);
   /// Marks all sums as changed.
   void touch_all();
-  /// Brings `light` up to date. In a session with a part of the paths it stays as it was told.
+  /// Brings `light` up to date.
   void renew_light();
   /// `units`: World::cell_units(), to which the result refers.
   gather::CellState state(std::span<const double> units) {

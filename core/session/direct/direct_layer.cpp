@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// PilotReceivers receivers, and passes to direct light what edits change.
+// Places receivers, and passes to direct light what edits change.
 #include "session/direct/direct_layer.h"
 
 #include <algorithm>

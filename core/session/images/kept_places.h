@@ -19,7 +19,7 @@ namespace deltalux::session {
 
 class KeptPlaces {
  public:
-  /// PilotReceivers whose rays were cast together.
+  /// Places whose rays were cast together.
   struct Batch {
     uint32_t rays = 0;  ///< the standard number of rays per place
     std::vector<direct::Receiver> receivers;

@@ -12,10 +12,10 @@ constexpr size_t kGrain = 64;
 
 }  // namespace
 
-std::vector<uint8_t> RayLayer::lights_by_shadow_ray(const gather::Guiding& by) const {
+std::vector<uint8_t> RayLayer::lights_by_shadow_ray() const {
   std::vector<uint8_t> asked(world.lights.size());
-  for (const gather::BeamGuide& beam : by.beams) asked[beam.light] = 1;
-  for (const uint32_t sun : by.suns) asked[sun] = 1;
+  for (const gather::BeamGuide& beam : guiding.beams) asked[beam.light] = 1;
+  for (const uint32_t sun : guiding.suns) asked[sun] = 1;
   return asked;
 }
 

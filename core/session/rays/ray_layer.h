@@ -44,8 +44,7 @@ struct RayLayer {
   Glance glance{};
 
   /// By light: 1 if gather rays get its direct light by shadow rays, so that cells leave it out.
-  std::vector<uint8_t> lights_by_shadow_ray() const { return lights_by_shadow_ray(guiding); }
-  std::vector<uint8_t> lights_by_shadow_ray(const gather::Guiding& by) const;
+  std::vector<uint8_t> lights_by_shadow_ray() const;
   /// What rays of these receivers depend on; or those of all samples.
   gather::Context context(std::span<const direct::Receiver> receivers,
                           const gather::Guiding& by) const {
@@ -62,7 +61,7 @@ struct RayLayer {
   std::vector<direct::Receiver> receivers_at(std::span<const Vec3f> points,
                                              std::span<const Vec3f> normals) const;
 
-  /// PilotReceivers beams and suns in the present scene.
+  /// Places beams and suns in the present scene.
   void place();
   /// The targets that receivers see, where `rays` is the standard number; empty if there are none.
   std::vector<gather::SeenTargets> targets_at(std::span<const direct::Receiver> receivers,

@@ -38,17 +38,16 @@ std::vector<float> find_slacks(const World& world, Progress& progress) {
 /// How many segments all paths of the loaded lights would have in `scene`, World::as_loaded(); from
 /// a few paths.
 double expected_segments(const World& world, const scene::Scene& scene) {
-  constexpr uint64_t kPilotPaths = 8192;
   const trace::Walk walk(scene, *world.caster,
                          {world.options.seed, kBatches, world.options.max_bounces, false, 0, true});
-  const uint64_t stride = std::max<uint64_t>(1, world.all_paths() / kPilotPaths);
+  std::vector<trace::Light> lights;
+  for (size_t l = 0; l < world.loaded_lights.size(); ++l) lights.push_back(world.as_loaded(l));
   uint64_t walked = 0, segments = 0;
-  for (size_t l = 0; l < world.loaded_lights.size(); ++l) {
-    const trace::Light light = world.as_loaded(l);
-    const auto quanta = trace::birth_quanta(light, world.scale, 1.0);
-    for (uint64_t i = stride / 2; i < light.path_count; i += stride, ++walked)
-      walk.follow(walk.birth(light, i, quanta), [&](const auto&...) { ++segments; });
-  }
+  world.each_pilot_path([&](uint32_t l, uint64_t i) {
+    const auto quanta = trace::birth_quanta(lights[l], world.scale, 1.0);
+    walk.follow(walk.birth(lights[l], i, quanta), [&](const auto&...) { ++segments; });
+    ++walked;
+  });
   return walked ? double(segments) / double(walked) * double(world.all_paths()) : 0.0;
 }
 

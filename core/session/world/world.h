@@ -194,6 +194,15 @@ struct World {
     for (uint32_t g = 0; g < sum_groups.size(); ++g) out[cell_group(g, caustic)] = sum_unit(g);
     return out;
   }
+  /// Calls visit(number of the light, path number within it) for every k-th path of each light,
+  /// about 8192 in all, whoever holds them.
+  template <class Visit>
+  void each_pilot_path(const Visit& visit) const {
+    constexpr uint64_t kPilotPaths = 8192;
+    const uint64_t stride = std::max<uint64_t>(1, all_paths() / kPilotPaths);
+    for (uint32_t l = 0; l < lights.size(); ++l)
+      for (uint64_t i = stride / 2; i < lights[l].path_count; i += stride) visit(l, i);
+  }
   size_t light_of(uint32_t path) const {
     size_t low = 0, high = lights.size();
     while (high - low > 1) {
