@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import deltalux as dl
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ from oracles import office_reference as reference
 from oracles import world
 from oracles.metrics import change_error, relative_error
 from rooms import box, room, samples_in, translation
+from session_files import read_parts
 
 POINTS = 3000  # of the reference's
 
@@ -135,6 +138,18 @@ def test_any_point_can_be_asked(session):
         other.bake()
         there = other.at(samples.points[still], samples.normals[still])
     assert there.mean() == pytest.approx(own.mean(), rel=0.05)
+
+
+def test_points_are_as_samples_where_nothing_moves():
+    """All of them: a bake chooses the numbers of their rays in the state in which they are asked for."""
+    meshes = [mesh for mesh in room().meshes if not mesh.movable]
+    lights = [light for light in room().lights if light.attached_to is None]
+    scene = dl.Scene(meshes, room().materials, lights)
+    samples = dl.Samples.on_vertices(scene, spacing=0.3)
+    with dl.Session(scene, samples, paths=5000, gather=64) as session:
+        session.bake()
+        found = session.at(samples.points, samples.normals)
+        np.testing.assert_allclose(found, session.irradiance, rtol=1e-12)
 
 
 @pytest.mark.parametrize("step", [0.0003, 0.0006, 0.0012, 0.0024])
@@ -262,8 +277,14 @@ def test_light_by_paths_does_not_look_noisy():
         assert session.statistics["gather"]["rays"] < 1.5 * 64 * len(samples)
 
 
+def doublings(session: dl.Session, folder: Path) -> np.ndarray:
+    """By sample: log2 of the factor on the number of rays."""
+    session.save(folder / "a.dlx")
+    return read_parts(folder / "a.dlx")[1]["core/gather.doublings"].view(np.int8)
+
+
 @pytest.mark.parametrize(("movable", "off"), [(False, False), (True, False), (False, True)])
-def test_slits_are_spared_where_nothing_can_open_them(movable, off):
+def test_slits_are_spared_where_nothing_can_open_them(movable, off, tmp_path):
     """Below a slab, 1 mm over the floor: a quarter of the rays tells that it is dark, if the slab stays.
 
     A lamp that is off counts as if it were on.
@@ -277,9 +298,27 @@ def test_slits_are_spared_where_nothing_can_open_them(movable, off):
         if off:
             session.dim("b", 0)
         session.bake()
-        rays = session.statistics["gather"]["rays"]
-        assert rays >= 64 * 256 if movable else rays == 64 * 64
+        numbers = doublings(session, tmp_path)
+        assert numbers.min() == 0 if movable else (numbers == -2).all()
         if movable:
             session.move("slab", translation(0, 1, 0))
             session.update()
             assert session.irradiance.min() > 0
+
+
+def test_slits_are_not_spared_where_a_lamp_may_come(tmp_path):
+    """A lamp on a movable may come to the mouth of the slit, where it is dark now."""
+    walls = dl.Mesh("walls", *box((3, 2, 3), (0, 1, 0), inward=True), "wall")
+    slab = dl.Mesh("slab", *box((1, 0.2, 1)), "wall", pose=translation(0, 0.101, 0))
+    stand = dl.Mesh("stand", *box((0.1, 0.1, 0.1)), "wall", pose=translation(-1, 1.5, 1), movable=True)
+    lamps = [
+        dl.PointLight("above", (0.9, 1.8, 0.7), (100, 100, 100)),
+        dl.PointLight("on it", (0, 0.1, 0), (10, 10, 10), attached_to="stand"),
+    ]
+    points = np.random.default_rng(1).uniform((-0.4, 0, -0.4), (0.4, 0, 0.4), (64, 3))
+    samples = dl.Samples(points, [(0, 1, 0)] * 64)
+    for lights, least in ((lamps[:1], -2), (lamps, 0)):
+        scene = dl.Scene([walls, slab, stand], [dl.Material("wall", (0.6, 0.6, 0.6))], lights)
+        with dl.Session(scene, samples, paths=20_000, gather=256) as session:
+            session.bake()
+            assert doublings(session, tmp_path).min() == least
