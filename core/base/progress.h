@@ -12,8 +12,9 @@ namespace deltalux {
 /// Thread-safe. A stage is a string literal; its fraction is done/total.
 class Progress {
  public:
+  Progress() : Progress(nullptr) {}
   /// `whole`: a longer stage that this is a part of, which shows nothing of it but cancels it.
-  explicit Progress(const Progress* whole = nullptr) : whole_(whole) {}
+  explicit Progress(const Progress* whole) : whole_(whole) {}
   void begin(const char* stage, size_t total) {
     announce(stage, total);
     check();

@@ -39,6 +39,14 @@ void Change::merge(const Change& later) {
     before.insert(before.end(), later.before.begin(), later.before.end());
 }
 
+bool meets_any(std::span<const Box> boxes, Vec3f from, Vec3f to) {
+  const Box bounds{min(from, to), max(from, to)};
+  return std::any_of(boxes.begin(), boxes.end(), [&](const Box& box) {
+    return box.overlaps(bounds) &&  // spares most the divisions
+           SlabRay(from, to - from).entry(box, 1) < std::numeric_limits<float>::infinity();
+  });
+}
+
 ChangeTest::ChangeTest(const Change& change, std::span<const Light> lights, float slack)
     : change_(change) {
   for (const MovedObject& moved : change.objects)
@@ -57,26 +65,26 @@ bool ChangeTest::touches(const Box& space) const {
                      [&](const Box& box) { return box.overlaps(space); });
 }
 
-bool ChangeTest::touches(Vec3f from, Vec3f to) const {
-  const Box bounds{min(from, to), max(from, to)};
-  return std::any_of(boxes_.begin(), boxes_.end(), [&](const Box& box) {
-    return box.overlaps(bounds) &&  // spares most the divisions
-           SlabRay(from, to - from).entry(box, 1) < std::numeric_limits<float>::infinity();
-  });
-}
+bool ChangeTest::touches(Vec3f from, Vec3f to) const { return meets_any(boxes_, from, to); }
 
-bool ChangeTest::touches_light(uint32_t light, const Box& points) const {
-  if (change_.changes(light)) return true;
+bool ChangeTest::shades(uint32_t light, const Box& points) const {
   const auto shadows = shadows_of(light);
   return std::any_of(shadows.begin(), shadows.end(),
                      [&](const ShadowVolume& shadow) { return !shadow.misses(points); });
 }
 
-bool ChangeTest::touches_light(uint32_t light, Vec3f point) const {
-  if (change_.changes(light)) return true;
+bool ChangeTest::shades(uint32_t light, Vec3f point) const {
   const auto shadows = shadows_of(light);
   return std::any_of(shadows.begin(), shadows.end(),
                      [&](const ShadowVolume& shadow) { return shadow.contains(point); });
+}
+
+bool ChangeTest::touches_light(uint32_t light, const Box& points) const {
+  return change_.changes(light) || shades(light, points);
+}
+
+bool ChangeTest::touches_light(uint32_t light, Vec3f point) const {
+  return change_.changes(light) || shades(light, point);
 }
 
 }  // namespace deltalux::trace

@@ -37,16 +37,8 @@ struct Change {
   void merge(const Change& later);
 };
 
-/// What the answer of a query that cast several rays, one after the other, depends on: whatever is
-/// on these rays, and the lights that it asked for.
-struct Footprint {
-  /// Bounds of all segments but the last, and of the points between them, from which lights were
-  /// asked.
-  Box near;
-  /// The last segment: where it starts and ends. Where it hits nothing, it ends far outside of the
-  /// world.
-  Vec3f from, to;
-};
+/// Whether the way between two points meets one of the boxes.
+bool meets_any(std::span<const Box> boxes, Vec3f from, Vec3f to);
 
 /// Decides whether a change touches what answers depend on. True wherever the answer differs;
 /// elsewhere seldom.
@@ -62,20 +54,14 @@ class ChangeTest {
   bool touches(const Box& space) const;
   /// Whether something that moved is between these points, or was.
   bool touches(Vec3f from, Vec3f to) const;
-  /// Whether the direct light at these points of this light may differ.
+  /// The boxes that something moved out of or into.
+  std::span<const Box> boxes() const { return boxes_; }
+  /// Whether what moved may hide this light from these points, or hid it.
+  bool shades(uint32_t light, const Box& points) const;
+  bool shades(uint32_t light, Vec3f point) const;
+  /// Whether the direct light at these points of this light may differ: the light, or its shadows.
   bool touches_light(uint32_t light, const Box& points) const;
   bool touches_light(uint32_t light, Vec3f point) const;
-  /// Whether the answer may differ of a query that asked for the lights in asked(visit), which
-  /// calls visit(light, whether at the end of the last segment or before).
-  template <class Asked>
-  bool touches(const Footprint& own, const Asked& asked) const {
-    if (touches(own.from, own.to) || touches(own.near)) return true;
-    bool found = false;
-    asked([&](uint32_t light, bool at_end) {
-      found = found || (at_end ? touches_light(light, own.to) : touches_light(light, own.near));
-    });
-    return found;
-  }
 
  private:
   std::span<const ShadowVolume> shadows_of(uint32_t light) const {

@@ -13,34 +13,41 @@ namespace {
 
 struct Added {
   std::vector<Vertex> vertices;
+  std::vector<Place> places;
   uint32_t end;
   float weight;
+  Vec3f tip;
 };
 
 float number(uint64_t seed, uint32_t i) { return PathRandom(seed, i)(0, 0); }
 
 Added make_chain(uint32_t i) {
-  Added out{{}, i, 0.5f + number(1, i)};
+  Added out{{}, {}, i, 0.5f + number(1, i), {number(7, i), 0, 0}};
   const uint32_t count = 1 + uint32_t(number(2, i) * kMaxVertices);
   for (uint32_t k = 0; k < count; ++k) {
-    Vertex vertex;
-    vertex.material = (i + k) % 3;
-    vertex.light = k % 2 ? scene::kNone : i % 2;
-    if (!(k % 2)) vertex.direct = {number(3, i + k), number(4, i + k), number(5, i + k)};
-    out.vertices.push_back(vertex);
+    const uint32_t light = k % 2 ? scene::kNone : i % 2;
+    const float direct = k % 2 ? 0 : number(3, i + k);
+    if (k % 5 == 4)
+      out.vertices.push_back(Vertex::tint({number(4, i + k), number(5, i + k), 1}));
+    else
+      out.vertices.push_back({(i + k) % 3, light, direct, number(4, i + k)});
+    out.places.push_back({{number(8, i + k), float(k), 0}, k, number(9, i + k)});
   }
   return out;
 }
 
 Paint make_paint(float dim) {
-  return {{{0.5f, 0.4f, 0.3f}, {0.9f, 0.8f, 0.7f}, {0.1f, 0.2f, 0.6f}}, {dim, 1.0f, 0.0f}};
+  return {{{0.5f, 0.4f, 0.3f}, {0.9f, 0.8f, 0.7f}, {0.1f, 0.2f, 0.6f}},
+          {dim, 1},
+          {{dim, 2 * dim, dim}, {1, 0.5f, 3}}};
 }
 
 void expect_same(const ChainPool& pool, const std::map<uint32_t, Added>& chains, const Paint& paint,
                  const Workers& workers) {
   ASSERT_EQ(pool.size(), chains.size());
   ChainPool fresh;
-  for (const auto& [own, added] : chains) fresh.add(added.vertices, added.end, added.weight, {});
+  for (const auto& [own, added] : chains)
+    fresh.add(added.vertices, added.places, added.end, added.weight, added.tip);
   fresh.paint(paint, workers);
   uint32_t other = 0;
   for (const auto& [own, added] : chains) {
@@ -50,6 +57,10 @@ void expect_same(const ChainPool& pool, const std::map<uint32_t, Added>& chains,
     EXPECT_EQ(pool.sent(own).direct, fresh.sent(other).direct);
     EXPECT_EQ(pool.sent(own).through, fresh.sent(other).through);
     EXPECT_EQ(pool.end(own), added.end);
+    EXPECT_EQ(pool.tip(own), added.tip);
+    size_t k = 0;
+    pool.each_bend(own, [&](Vec3f point) { EXPECT_EQ(point, added.places[k++].point); });
+    EXPECT_EQ(k, added.places.size());
     ++other;
   }
 }
@@ -61,7 +72,8 @@ TEST(ChainPool, HoldsWhatWasAddedAndNotTakenAway) {
   const auto add = [&](uint32_t first, uint32_t last) {
     for (uint32_t i = first; i < last; ++i) {
       const Added chain = make_chain(i);
-      const uint32_t own = pool.add(chain.vertices, chain.end, chain.weight, {});
+      const uint32_t own =
+          pool.add(chain.vertices, chain.places, chain.end, chain.weight, chain.tip);
       ASSERT_TRUE(chains.emplace(own, chain).second);
     }
   };
@@ -83,6 +95,13 @@ TEST(ChainPool, HoldsWhatWasAddedAndNotTakenAway) {
   EXPECT_LT(pool.vertex_count(), vertices + vertices / 20);
   expect_same(pool, chains, make_paint(1), workers);
   pool.paint(make_paint(0.25f), workers);
+  expect_same(pool, chains, make_paint(0.25f), workers);
+  // Another light at the same places.
+  for (auto& [own, chain] : chains) {
+    for (Vertex& vertex : chain.vertices)
+      if (!vertex.is_tint()) vertex.direct *= 0.5f;
+    pool.relight(own, chain.vertices);
+  }
   expect_same(pool, chains, make_paint(0.25f), workers);
   const ChainPool moved = std::move(pool);
   expect_same(moved, chains, make_paint(0.25f), workers);

@@ -13,6 +13,7 @@
 #include "gather/aim/suns.h"
 #include "gather/cells/cells.h"
 #include "gather/hits/one_light.h"
+#include "gather/hits/vertex.h"
 #include "trace/change.h"
 #include "trace/lights.h"
 #include "trace/ray_caster.h"
@@ -41,11 +42,11 @@ struct Context {
   }
 };
 
-/// Vertices at hits; a chain that reaches this number ends in nothing.
+/// Steps from hit to hit; a chain that takes this number ends in nothing.
 inline constexpr uint32_t kMaxTouched = 16;
-/// Each may have another one before it, for caustics. A chain that ends in a cell gets up to three
-/// more: for reflectances that vary, and for the direct light of a beam and of a sun at the end.
-inline constexpr uint32_t kMaxVertices = 2 * kMaxTouched - 1 + 3;
+/// Each may have two before it, a tint and caustics. A chain that ends in a cell gets up to four
+/// more: two tints, and the direct light of a beam and of a sun at the end.
+inline constexpr uint32_t kMaxVertices = 3 * kMaxTouched + 4;
 inline constexpr uint32_t kDark = kNoCell;  // where a ray meets nothing
 
 /// From the third vertex on, chains continue with the probability kGoesOn. It is fixed, since
@@ -57,16 +58,26 @@ inline constexpr float kGoesOn = 0.7f;
 /// which gather rays cast shadow rays, so the end may have a vertex for each of these two.
 struct Chain {
   std::array<Vertex, kMaxVertices> vertex;
+  std::array<Place, kMaxVertices> place;  ///< of each vertex; where the last segment starts, too
   uint32_t count = 0;
   uint32_t end = kDark;
-  /// Weight of the end; the vertices' light is weighted already.
+  /// Weight of the end; the vertices' light has weights of its own.
   float weight = 1;
   /// whether it depends on where a beam's light lands: on shadow rays from its lamp to vertices or
   /// to the end, or on one of its points, towards which the last segment goes if it misses it
   bool in_beam = false;
-  /// A ray towards a point of a beam ends there, even if something hides the point.
-  trace::Footprint footprint;
+  /// Where the last segment ends; far outside of the world if it hits nothing. A ray towards a
+  /// point of a beam ends there, even if something hides the point.
+  Vec3f tip{};
+  void add(const Vertex& own, const direct::Receiver& at) {
+    place[count] = Place::of(at);
+    vertex[count++] = own;
+  }
 };
+
+/// Why a vertex asks lights again: others may be chosen now, or what it asked may be hidden by
+/// something else, or send other light.
+enum class Renewal : uint8_t { none, chances, light };
 
 /// Traces chains through the present scene.
 class ChainTracer {
@@ -78,6 +89,28 @@ class ChainTracer {
   /// `key`: random key of the ray; `first`: random numbers for the light at that hit.
   Chain trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w, const trace::Hit& hit,
               uint32_t cell) const;
+  /// Asks lights again at vertices of a chain whose way did not change, where all surfaces are
+  /// diffuse. `key`, `first`: as for trace(); `renewal(vertex, receiver)`: why the vertex asks, if
+  /// it does. Returns whether it cast rays.
+  template <class Why>
+  bool ask_again(uint64_t key, const Draw& first, std::span<const Place> places,
+                 std::span<Vertex> vertices, const Why& renewal) const {
+    bool casts = false;
+    uint32_t step = 0;
+    for (size_t k = 0; k < vertices.size(); ++k) {
+      Vertex& vertex = vertices[k];
+      if (vertex.is_tint()) continue;
+      const direct::Receiver at = places[k].receiver();
+      if (const Renewal why = renewal(vertex, at); why != Renewal::none) {
+        const OneLight::Answer now = asked_by(vertex).ask_again(
+            context_.caster, at, light_draw(key, step, first), {vertex.light, vertex.direct},
+            why == Renewal::chances, casts);
+        vertex.light = now.light, vertex.direct = now.direct;
+      }
+      step += vertex.is_point();
+    }
+    return casts;
+  }
   /// Whether rays that meet this go on, however far it is.
   bool goes_on_at(const trace::Hit& hit) const { return context_.scene.has_lobes(hit.primitive); }
   /// Makes a chain that ends at the first hit, in `cell`, which is far. It has vertices only for
@@ -85,20 +118,25 @@ class ChainTracer {
   Chain end(const Draw& first, Vec3f origin, Vec3f w, const trace::Hit& hit, uint32_t cell) const;
 
  private:
-  /// Chooses a lobe for a hit. In one that is not diffuse, goes on: adds a vertex unless the ray
-  /// passes straight, and changes ray and tint. Otherwise the tint allows for that the ray might
-  /// have gone on.
+  /// Chooses a lobe for a hit. In one that is not diffuse, goes on: adds a vertex, and changes the
+  /// ray. Otherwise adds a tint for that the ray might have gone on.
   enum class Taken : uint8_t { diffuse, specular, straight, nothing };
-  Taken take_lobe(const PathRandom& random, uint32_t step, const trace::Hit& hit, Vec3f& origin,
-                  Vec3f& w, Vec3f& tint, Chain& chain) const;
-  /// Adds the vertex of a near hit, with its direct light and caustics. `tint`: up to there, its
-  /// own included.
+  Taken take_lobe(const PathRandom& random, uint32_t step, const direct::Receiver& at,
+                  const trace::Hit& hit, Vec3f& origin, Vec3f& w, Chain& chain) const;
+  /// Adds the vertex of a near hit, with its direct light and caustics.
   void touch(const Draw& draw, const direct::Receiver& at, const trace::Hit& hit, uint32_t cell,
-             Vec3f tint, Chain& chain) const;
-  /// Sets the chain's end, and adds vertices: for the tints of the reflectance up to there,
-  /// and for the direct light of beams and suns at the end.
+             Chain& chain) const;
+  /// Sets the chain's end, and adds vertices for the direct light of beams and suns there.
   void finish(const Draw& draw, const direct::Receiver& at, const trace::Hit& hit, uint32_t cell,
-              Vec3f tint, Chain& chain) const;
+              Chain& chain) const;
+  /// What a vertex of a scene without caustics asked: at the end, one of those lights that cells
+  /// leave out.
+  const OneLight& asked_by(const Vertex& vertex) const {
+    if (!vertex.is_of_end()) return one_light_;
+    return context_.beams.has(vertex.light) ? one_beam_ : one_sun_;
+  }
+  /// Random numbers for the light at the hit after so many steps.
+  Draw light_draw(uint64_t key, uint32_t step, const Draw& first) const;
 
   const Context& context_;
   const CellFinder& finder_;

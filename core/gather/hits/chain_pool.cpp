@@ -10,14 +10,14 @@
 
 namespace deltalux::gather {
 
-uint32_t ChainPool::add(std::span<const Vertex> vertices, uint32_t end, float weight,
-                        const trace::Footprint& footprint) {
+uint32_t ChainPool::add(std::span<const Vertex> vertices, std::span<const Place> places,
+                        uint32_t end, float weight, Vec3f tip) {
   constexpr size_t kMaxChains = size_t(1) << 31;
   if (free_.empty()) {
     if (chains_.size() >= kMaxChains - 1)
       throw OptionError("gather: more than 2e9 rays meet something near, expected fewer rays");
     free_.reserve(1);
-    footprints_.grow(1), sent_.grow(1), chains_.grow(1);
+    tips_.grow(1), sent_.grow(1), chains_.grow(1);
     free_.push_back(uint32_t(chains_.size() - 1));
   }
   std::vector<uint32_t>& gaps = gaps_[vertices.size()];
@@ -28,8 +28,9 @@ uint32_t ChainPool::add(std::span<const Vertex> vertices, uint32_t end, float we
   }
   const uint32_t number = free_.back();
   chains_[number] = {gaps.back(), uint32_t(vertices.size())};
-  footprints_[number] = footprint;
+  tips_[number] = tip;
   std::copy(vertices.begin(), vertices.end(), &vertices_[gaps.back()]);
+  std::copy(places.begin(), places.end(), &places_[gaps.back()]);
   sent_[number] = {{}, {}, end, weight};
   if (!paint_.reflectance.empty()) send(number, paint_);
   gaps.pop_back();
@@ -42,6 +43,7 @@ void ChainPool::add_gap(size_t length) {
     throw OptionError("gather: chains of rays have more than 4e9 vertices, expected fewer rays");
   std::vector<uint32_t>& gaps = gaps_[length];
   gaps.reserve(gaps.size() + 1);
+  places_.grow(length);
   vertices_.grow(length);
   gaps.push_back(uint32_t(vertices_.size() - length));
 }
@@ -52,13 +54,18 @@ bool ChainPool::is(uint32_t number, std::span<const Vertex> own, uint32_t end, f
          sent_[number].end == end && sent_[number].weight == weight;
 }
 
+void ChainPool::relight(uint32_t number, std::span<const Vertex> vertices) {
+  std::copy(vertices.begin(), vertices.end(), &vertices_[chains_[number].first]);
+  if (!paint_.reflectance.empty()) send(number, paint_);
+}
+
 void ChainPool::remove(uint32_t number) {
   gaps_[chains_[number].count].push_back(chains_[number].first);
   free_.push_back(number);
 }
 
 void ChainPool::clear() {
-  chains_.clear(), sent_.clear(), footprints_.clear(), free_.clear(), vertices_.clear();
+  chains_.clear(), sent_.clear(), tips_.clear(), free_.clear(), vertices_.clear(), places_.clear();
   for (auto& gaps : gaps_) gaps.clear();
 }
 
@@ -76,33 +83,35 @@ void ChainPool::send(uint32_t number, const Paint& paint) {
   Sent& out = sent_[number];
   if (!chains_[number].count) return;  // the chain's storage is free
   out.direct = {0, 0, 0}, out.through = {1, 1, 1};
-  const std::span<const Vertex> own = vertices(number);
+  Vec3f tint{1, 1, 1}, of_lamps{1, 1, 1};  // products of tints
+  constexpr Vec3f kMax{Vertex::kMaxTint, Vertex::kMaxTint, Vertex::kMaxTint};
   uint32_t touched = 0;  // points before this one
-  for (const Vertex& vertex : own) {
+  for (const Vertex& vertex : vertices(number)) {
     if (vertex.is_tint()) {
-      for (size_t c = 0; c < 3; ++c) out.through[c] *= vertex.direct[c];
+      of_lamps = min(surfaces::product(of_lamps, vertex.factor()), kMax);
+      if (!vertex.is_for_lamps_only()) tint = of_lamps;
       continue;
     }
-    const bool is_point = !vertex.is_of_end() && !vertex.is_caustic();
     const Vec3f reflectance = paint.reflectance[vertex.material_index()];
     // The probability of continuation divides what comes from beyond the vertex, not the vertex's
     // own light.
     const float goes_on = touched < kSurely ? 1.0f : 1 / kGoesOn;
-    touched += is_point;
-    const float dim = paint.dim[std::min<size_t>(vertex.lamp(), paint.dim.size() - 1)];
+    touched += vertex.is_point();
+    const Vec3f light =
+        vertex.is_caustic() ? paint.caustic(vertex.light) : paint.of_lamp(vertex.light);
+    const float factor = vertex.weight * vertex.direct;
     for (size_t c = 0; c < 3; ++c) {
       const float sent = out.through[c] * reflectance[int(c)];
-      const float light = vertex.is_caustic() ? paint.caustic(vertex.light, c) : dim;
-      out.direct[c] += sent * vertex.direct[c] * light;
-      if (is_point) out.through[c] = sent * goes_on;
+      out.direct[c] += sent * (of_lamps[int(c)] * (factor * light[int(c)]));
+      if (vertex.is_point()) out.through[c] = sent * goes_on;
     }
   }
-  for (float& through : out.through) through *= out.weight;
+  for (size_t c = 0; c < 3; ++c) out.through[c] *= out.weight * tint[int(c)];
 }
 
 size_t ChainPool::bytes() const {
-  size_t sum = chains_.bytes() + sent_.bytes() + footprints_.bytes() + vertices_.bytes() +
-               free_.capacity() * sizeof(uint32_t);
+  size_t sum = chains_.bytes() + sent_.bytes() + tips_.bytes() + vertices_.bytes() +
+               places_.bytes() + free_.capacity() * sizeof(uint32_t);
   for (const auto& gaps : gaps_) sum += gaps.capacity() * sizeof(uint32_t);
   return sum;
 }

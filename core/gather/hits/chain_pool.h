@@ -14,12 +14,16 @@ namespace deltalux::gather {
 /// What light along chains depends on beside their geometry: reflectances and dimming.
 struct Paint {
   std::vector<Vec3f> reflectance;  ///< by material
-  std::vector<float> dim;          ///< by light, followed by a 0 for vertices without light
+  std::vector<float> dim;          ///< by light
+  std::vector<Vec3f> lamp;         ///< by light: its strength, dimmed
   /// Irradiance by caustics, by cell; empty if there are none.
   std::vector<std::array<float, 3>> caustics{};
-  float caustic(uint32_t cell, size_t channel) const {
-    return cell < caustics.size() ? caustics[cell][channel] : 0.0f;
+  Vec3f caustic(uint32_t cell) const {
+    if (cell >= caustics.size()) return {};
+    return {caustics[cell][0], caustics[cell][1], caustics[cell][2]};
   }
+  /// None of a light that was added since, and of kNone.
+  Vec3f of_lamp(uint32_t light) const { return light < lamp.size() ? lamp[light] : Vec3f{}; }
   friend bool operator==(const Paint&, const Paint&) = default;
 };
 
@@ -30,14 +34,28 @@ class ChainPool {
   };
 
  public:
-  /// Stores a chain and returns its number. `vertices`: at most kMaxVertices.
-  uint32_t add(std::span<const Vertex> vertices, uint32_t end, float weight,
-               const trace::Footprint& footprint);
+  /// Stores a chain and returns its number. `vertices`: at most kMaxVertices, each with its place.
+  uint32_t add(std::span<const Vertex> vertices, std::span<const Place> places, uint32_t end,
+               float weight, Vec3f tip);
   void remove(uint32_t number);
+  /// Replaces the vertices of a chain by as many others of the same places.
+  void relight(uint32_t number, std::span<const Vertex> vertices);
   void clear();
 
   std::span<const Vertex> vertices(uint32_t number) const {
     return {&vertices_[chains_[number].first], chains_[number].count};
+  }
+  std::span<const Place> places(uint32_t number) const {
+    return {&places_[chains_[number].first], chains_[number].count};
+  }
+  /// Where the last segment ends, see Chain::tip.
+  Vec3f tip(uint32_t number) const { return tips_[number]; }
+  /// Calls visit(point) for the points between the segments of the chain.
+  template <class Visit>
+  void each_bend(uint32_t number, const Visit& visit) const {
+    const std::span<const Vertex> own = vertices(number);
+    for (size_t k = 0; k < own.size(); ++k)
+      if (!own[k].is_of_end()) visit(places_[chains_[number].first + k].point);
   }
   /// Whether a chain brings what one of these vertices, end and weight would.
   bool is(uint32_t number, std::span<const Vertex> vertices, uint32_t end, float weight) const;
@@ -51,12 +69,12 @@ class ChainPool {
     float weight = 1;
   };
   /// of one chain, without vertices
-  static constexpr size_t kBytes = sizeof(Range) + sizeof(Sent) + sizeof(trace::Footprint);
+  static constexpr size_t kBytes = sizeof(Range) + sizeof(Sent) + sizeof(Vec3f);
+  static constexpr size_t kVertexBytes = sizeof(Vertex) + sizeof(Place);
   /// As computed by the last paint().
   const Sent& sent(uint32_t number) const { return sent_[number]; }
   /// Recomputes the light of all chains if `paint` changed.
   void paint(const Paint& paint, const Workers& workers);
-  const trace::Footprint& footprint(uint32_t number) const { return footprints_[number]; }
   size_t size() const { return chains_.size() - free_.size(); }
   /// Number of vertices of all chains, including some of removed chains.
   size_t vertex_count() const { return vertices_.size(); }
@@ -70,9 +88,11 @@ class ChainPool {
   Chunks<Range> chains_;  // storage of each chain in vertices_
   // By chain; stored separately, since evaluation reads nothing else.
   Chunks<Sent> sent_;
-  Chunks<trace::Footprint> footprints_;  // by chain
+  Chunks<Vec3f> tips_;  // by chain
   std::vector<uint32_t> free_;
-  Chunks<Vertex> vertices_;  // the vertices of a chain are contiguous
+  // The vertices of a chain are contiguous, and so are their places, at the same indices.
+  Chunks<Vertex> vertices_;
+  Chunks<Place> places_;
   // free storage in vertices_, by length
   std::array<std::vector<uint32_t>, kMaxVertices + 1> gaps_;
 };

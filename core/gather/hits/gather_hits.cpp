@@ -65,8 +65,50 @@ class GatherHits::Caster {
       cast_together(rays, sample, which.subspan(first, std::min(kTogether, which.size() - first)),
                     out);
   }
+  /// Casts again, or asks lights again for, what is stale of a sample's rays from `first` on;
+  /// without `around`, all of them. Returns whether any was.
+  bool renew(size_t sample, uint32_t first, const StaleRays& stale, const StaleRays::Around* around,
+             CastRays& out) const {
+    thread_local std::vector<Stale> again;
+    thread_local std::vector<uint32_t> which;
+    const SampleRays own = rays(sample);
+    again.assign(hits_.shown(sample), Stale::all);
+    which.clear();
+    if (around) stale.mark(own, sample, *around, again);
+    const size_t relit = out.relit.size();
+    for (uint32_t ray = first; ray < again.size(); ++ray) {
+      if (again[ray] == Stale::all) which.push_back(ray);
+      if (again[ray] == Stale::lights) ask_again(own, sample, ray, stale, out);
+    }
+    cast(own, sample, which, out);
+    return !which.empty() || out.relit.size() > relit;
+  }
 
  private:
+  /// Asks lights again along the chain of a ray, and appends it if it brings something else.
+  void ask_again(const SampleRays& rays, size_t sample, uint32_t ray, const StaleRays& stale,
+                 CastRays& out) const {
+    const uint32_t number = chain_of(hits_.targets(sample)[ray]);
+    const std::span<const Vertex> before = hits_.chains_.vertices(number);
+    std::vector<Vertex>& now = out.relit_vertices;
+    const size_t first = now.size();
+    now.insert(now.end(), before.begin(), before.end());
+    const bool casts = chains_.ask_again(
+        key(sample, ray), rays.beyond(ray), hits_.chains_.places(number),
+        std::span(now).subspan(first), [&](const Vertex& vertex, const direct::Receiver& at) {
+          return stale.renewal(vertex, at);
+        });
+    const bool same = std::equal(before.begin(), before.end(), now.begin() + long(first));
+    out.asked.rays += casts, out.asked.changed += casts && !same;
+    if (same)
+      now.resize(first);
+    else
+      out.relit.push_back(number);
+  }
+  /// Of the ray's random numbers.
+  uint64_t key(size_t sample, uint32_t ray) const {
+    return combine(context_.receivers[sample].key, ray);
+  }
   /// Casts at most kTogether rays, step by step: what a step reads for one ray does not depend on
   /// the others, so that the processor waits for memory once, not ray by ray.
   void cast_together(const SampleRays& rays, size_t sample, std::span<const uint32_t> which,
@@ -105,19 +147,15 @@ class GatherHits::Caster {
         !context_.suns.may_shine(trace::facing_normal(hit, w)))
       return;
     const Draw first = rays.beyond(ray);
-    Chain chain = far ? chains_.end(first, o, w, hit, own.target)
-                      : chains_.trace(combine(context_.receivers[sample].key, ray), first, o, w,
-                                      hit, own.target);
+    const Chain chain = far ? chains_.end(first, o, w, hit, own.target)
+                            : chains_.trace(key(sample, ray), first, o, w, hit, own.target);
     own.in_beam |= chain.in_beam;
-    if (!chain.count) {
-      if (far) return;
-      // It passed surfaces straight, on which the result depends.
-      chain.vertex[chain.count++] = {Vertex::kTint, scene::kNone, {1, 1, 1}};
-    }
+    if (!chain.count) return;
     own.target = kChain;
-    out.chained.push_back({chain.count, chain.end, chain.weight, chain.footprint});
+    out.chained.push_back({chain.count, chain.end, chain.weight, chain.tip});
     out.vertices.insert(out.vertices.end(), chain.vertex.begin(),
                         chain.vertex.begin() + chain.count);
+    out.places.insert(out.places.end(), chain.place.begin(), chain.place.begin() + chain.count);
   }
 
   const GatherHits& hits_;
@@ -134,9 +172,8 @@ GatherHits::GatherHits(RayCounts rays, uint64_t seed)
       changed_(rays_.receivers(), 1),
       parts_(rays_.receivers(), kParts) {}
 
-uint64_t GatherHits::set(const CastRays& found) {
-  std::span<const Vertex> rest = found.vertices;
-  size_t next = 0;
+GatherHits::Cast GatherHits::set(const CastRays& found) {
+  size_t next = 0, first = 0;
   uint64_t changed = 0;
   for (const CastRays::Ray& ray : found.rays) {
     uint32_t& target = targets_[ray.place];
@@ -144,10 +181,11 @@ uint64_t GatherHits::set(const CastRays& found) {
     bool same = is_chain(before) == is_chain(ray.target);
     if (is_chain(ray.target)) {
       const CastRays::Chained& chain = found.chained[next++];
-      const std::span<const Vertex> own = rest.first(chain.count);
-      rest = rest.subspan(chain.count);
+      const auto own = std::span(found.vertices).subspan(first, chain.count);
+      const auto places = std::span(found.places).subspan(first, chain.count);
+      first += chain.count;
       same = same && chains_.is(chain_of(before), own, chain.end, chain.weight);
-      target = kChain + chains_.add(own, chain.end, chain.weight, chain.footprint);
+      target = kChain + chains_.add(own, places, chain.end, chain.weight, chain.tip);
     } else {
       same = same && before == ray.target;
       target = ray.target;
@@ -163,7 +201,13 @@ uint64_t GatherHits::set(const CastRays& found) {
     const uint64_t bit = uint64_t(1) << (ray.place % 64);
     word = ray.in_beam ? word | bit : word & ~bit;
   }
-  return changed;
+  size_t vertex = 0;
+  for (const uint32_t chain : found.relit) {
+    const size_t count = chains_.vertices(chain).size();
+    chains_.relight(chain, std::span(found.relit_vertices).subspan(vertex, count));
+    vertex += count;
+  }
+  return {found.rays.size() + found.asked.rays, changed + found.asked.changed};
 }
 
 void GatherHits::clear(const Guiding& guiding) {
@@ -255,13 +299,12 @@ GatherHits::Cast GatherHits::follow(const Context& context, const Workers& worke
                                     Progress& progress, const std::function<void(size_t)>& renew,
                                     const std::function<bool()>& more) {
   if (!pending_) return {};
-  bound_chains(workers);
+  bound_chains(context, workers);
   const Caster caster(*this, context);
   const StaleRays stale(*this, context, pending_->change);
   const std::vector<Task>& order = pending_->order;
   const std::vector<uint8_t>& fresh = pending_->change.samples;
   Cast cast;
-  std::vector<uint32_t> recast;  // blocks
   progress.announce("cast gather rays", order.size() - pending_->done);
   Step next;
   do {
@@ -281,58 +324,49 @@ GatherHits::Cast GatherHits::follow(const Context& context, const Workers& worke
       const size_t to = std::min(samples(), from + (end - begin));
       if (from >= to) return;
       // Test many samples at once, since most are far from the change.
-      const bool apart = stale.passes_by(*near_[task.block]);
-      std::vector<uint8_t> again;
-      std::vector<uint32_t> which;
+      const StaleRays::Around around = stale.around(near_[task.block]);
       for (size_t i = from; i < to; ++i) {
         // Samples that only recast some rays are processed together with the first part of the
         // others.
-        if (!fresh[i] && (task.part > 0 || caster.blind(i))) continue;
-        if (fresh[i] && task.part == 0) renew(i);
-        const SampleRays own = caster.rays(i);
-        if (fresh[i]) parts_[i] = uint8_t(task.end);
-        again.assign(shown(i), fresh[i]);
-        if (!fresh[i]) stale.mark(own, i, apart, again);
-        which.clear();
-        for (uint32_t r = rays_of(i, task.part); r < again.size(); ++r)
-          if (again[r]) which.push_back(r);
-        if (which.empty()) continue;
-        caster.cast(own, i, which, found[begin / grain]);
-        changed_[i] = 1;
+        const bool all = fresh[i];
+        if (!all && (task.part > 0 || caster.blind(i))) continue;
+        if (all && task.part == 0) renew(i);
+        if (all) parts_[i] = uint8_t(task.end);
+        changed_[i] |= caster.renew(i, rays_of(i, task.part), stale, all ? nullptr : &around,
+                                    found[begin / grain]);
       }
     });
     progress.advance(step);
     for (size_t i = 0; i < found.size(); ++i) {
-      cast.rays += found[i].rays.size();
-      cast.changed += set(found[i]);
-      if (!found[i].rays.empty()) recast.push_back(order[first + i * grain / kBlock].block);
+      cast += set(found[i]);
+      near_[order[first + i * grain / kBlock].block].grow(found[i].bends());
     }
     pending_->done += step;
     next.took(watch.milliseconds());
   } while (pending_->done < order.size() && more());
-  // Until here the bounds are those of before: only samples that cast all rays are met twice.
-  for (const uint32_t block : recast) near_[block].reset();
   if (pending_->done == order.size()) pending_.reset();
   return cast;
 }
 
-void GatherHits::bound_chains(const Workers& workers) {
+void GatherHits::bound_chains(const Context& context, const Workers& workers) {
+  const bool all = near_.empty();
   near_.resize((samples() + kBlock - 1) / kBlock);
   workers.for_blocks(near_.size(), kGrain, [&](size_t begin, size_t end) {
-    for (size_t block = begin; block < end; ++block) {
-      if (near_[block]) continue;
-      const size_t first = rays_.first(block * kBlock);
-      const size_t last = rays_.first(std::min(samples(), (block + 1) * kBlock));
-      Box& own = near_[block].emplace();
-      for (size_t place = first; place < last; ++place)
-        if (is_chain(targets_[place])) own.grow(chains_.footprint(chain_of(targets_[place])).near);
+    for (size_t i = begin * kBlock; i < std::min(samples(), end * kBlock); ++i) {
+      const direct::Receiver& receiver = context.receivers[i];
+      if (receiver.normal == Vec3f{}) continue;  // casts no rays
+      Box& own = near_[i / kBlock];
+      own.grow(receiver.point + receiver.normal * receiver.slack());
+      for (size_t place = rays_.first(i); all && place < rays_.first(i + 1); ++place)
+        if (is_chain(targets_[place]))
+          chains_.each_bend(chain_of(targets_[place]), [&](Vec3f p) { own.grow(p); });
     }
   });
 }
 
 double GatherHits::PerRay::bytes(bool weighted) const {
   return sizeof(uint32_t) + (weighted ? sizeof(float) : 0) + chains * double(ChainPool::kBytes) +
-         vertices * double(sizeof(Vertex));
+         vertices * double(ChainPool::kVertexBytes);
 }
 
 GatherHits::PerRay GatherHits::per_ray() const {
@@ -343,13 +377,13 @@ GatherHits::PerRay GatherHits::per_ray() const {
 double GatherHits::forecast_working_bytes(size_t samples, double rays, const PerRay& per_ray) {
   return double(std::min(samples, kPortion)) * rays *
          (sizeof(CastRays::Ray) + per_ray.chains * sizeof(CastRays::Chained) +
-          per_ray.vertices * sizeof(Vertex));
+          per_ray.vertices * ChainPool::kVertexBytes);
 }
 
 size_t GatherHits::bytes_in_use() const {
   return (targets_.size() + weights_.size()) * sizeof(uint32_t) +
          in_beam_.size() * sizeof(uint64_t) + changed_.size() + parts_.size() +
-         chains_.size() * ChainPool::kBytes + chains_.vertex_count() * sizeof(Vertex);
+         chains_.size() * ChainPool::kBytes + chains_.vertex_count() * ChainPool::kVertexBytes;
 }
 
 size_t GatherHits::bytes() const {

@@ -40,9 +40,14 @@ class GatherHits {
   void clear(const Guiding& guiding);
   /// Records a change for follow().
   void note(const Context& context, const Change& change);
-  /// Rays that were cast again, and those of them that brought something else than before.
+  /// Rays that were cast again, or whose chains cast some to lights again; and those of them that
+  /// brought something else than before.
   struct Cast {
     uint64_t rays = 0, changed = 0;
+    Cast& operator+=(const Cast& other) {
+      rays += other.rays, changed += other.changed;
+      return *this;
+    }
   };
   /// Recasts the rays that recorded changes may affect, nearest to the moved objects first, until
   /// the result is that of cast() or more() returns false, which is called every few milliseconds.
@@ -128,11 +133,22 @@ class GatherHits {
     struct Chained {
       uint32_t count, end;
       float weight;
-      trace::Footprint footprint;
+      Vec3f tip;
     };
     std::vector<Ray> rays;         ///< the target of a chain is kChain
     std::vector<Chained> chained;  ///< chains of these rays, in their order
     std::vector<Vertex> vertices;  ///< vertices of these chains, one after the other
+    std::vector<Place> places;
+    std::vector<uint32_t> relit;         ///< chains whose lights were asked again
+    std::vector<Vertex> relit_vertices;  ///< of these, one after the other
+    /// Bounds of all segments of the new chains but the first and last.
+    Box bends() const {
+      Box out;
+      for (size_t k = 0; k < vertices.size(); ++k)
+        if (!vertices[k].is_of_end()) out.grow(places[k].point);
+      return out;
+    }
+    Cast asked;  ///< chains that cast rays to lights again, and how many of these brought another
   };
   /// Number of rays in the first `parts` parts; at least one unless `parts` is 0.
   uint32_t rays_of(size_t sample, uint32_t parts) const {
@@ -141,10 +157,10 @@ class GatherHits {
   }
   /// Number of the sample's rays that are up to date.
   uint32_t shown(size_t sample) const { return rays_of(sample, parts_[sample]); }
-  /// Stores results. Returns how many differ from what was stored.
-  uint64_t set(const CastRays& found);
+  /// Stores results. Returns how many there are, and differ from what was stored.
+  Cast set(const CastRays& found);
   /// Brings `near_` up to date.
-  void bound_chains(const Workers& workers);
+  void bound_chains(const Context& context, const Workers& workers);
 
   RayCounts rays_;
   uint64_t seed_;
@@ -156,8 +172,9 @@ class GatherHits {
   std::vector<uint8_t> parts_;     // by sample: the number of parts of its rays that are up to date
   ChainPool chains_;
   std::optional<Pending> pending_;
-  // By block of samples: bounds of the footprints' near parts of its chains. Nullopt: not known.
-  std::vector<std::optional<Box>> near_;
+  // By block of samples: bounds of all segments of its chains but the last, past ones included.
+  // Empty before follow() needs them.
+  std::vector<Box> near_;
 };
 
 }  // namespace deltalux::gather

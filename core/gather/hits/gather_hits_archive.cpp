@@ -16,6 +16,7 @@ constexpr const char* kWeights = "gather.weights";
 constexpr const char* kInBeam = "gather.in_beam";
 constexpr const char* kChains = "gather.chains";
 constexpr const char* kVertices = "gather.vertices";
+constexpr const char* kPlaces = "gather.places";
 
 constexpr size_t kPerStep = size_t(1) << 16;  // rays between two checks for cancellation
 
@@ -26,13 +27,16 @@ constexpr float kMaxWeight = 2.01f;
 /// Upper bound of direct light at a vertex, for the brightest lights admitted; sums stay finite.
 constexpr float kBrightest = 1e33f;
 
+/// The largest weight of a chain.
+const float kMaxChainWeight = float(std::pow(kMaxWeight, kMaxTouched));
+
 /// A chain without its vertices, as stored in the file.
 struct Record {
   uint32_t count, end;
   float weight;
-  trace::Footprint footprint;
+  Vec3f tip;
 };
-static_assert(sizeof(Record) == 60 && sizeof(Vertex) == 20);
+static_assert(sizeof(Record) == 24 && sizeof(Vertex) == 16 && sizeof(Place) == 20);
 
 [[noreturn]] void refuse(const char* array, const std::string& what) {
   throw FormatError("\"" + std::string(array) + "\": " + what);
@@ -44,28 +48,27 @@ void check(const Record& record, uint32_t cells) {
   if (record.count < 1 || record.count > kMaxVertices)
     refuse(kChains, "found a chain of " + std::to_string(record.count) + " vertices");
   if (record.end != kDark && record.end >= cells) refuse(kChains, "found a cell that is not there");
-  if (!(record.weight >= 0 && record.weight <= float(std::pow(kMaxWeight, kMaxVertices))))
+  if (!(record.weight >= 0 && record.weight <= kMaxChainWeight))
     refuse(kChains, "found a weight no chain has");
-  const trace::Footprint& footprint = record.footprint;
-  for (Vec3f p : {footprint.near.low, footprint.near.high, footprint.from, footprint.to})
-    if (!is_finite(p)) refuse(kChains, "found a place that is not finite");
+  if (!is_finite(record.tip)) refuse(kChains, "found a place that is not finite");
 }
 
 void check(const Vertex& vertex, const Context& context) {
   if (vertex.is_tint()) {
-    if (vertex.light != scene::kNone) refuse(kVertices, "found a light where there is no point");
-    for (float tint : vertex.direct)
-      if (!(tint >= 0 && tint <= Vertex::kMaxTint))
+    const Vec3f factor = vertex.factor();
+    for (int c = 0; c < 3; ++c)
+      if (!(factor[c] >= 0 && factor[c] <= Vertex::kMaxTint))
         refuse(kVertices, "found a tint no surface has");
     return;
   }
   if (vertex.material_index() >= context.scene.materials.size())
     refuse(kVertices, "found a material that is not there");
+  if (!(vertex.weight >= 0 && vertex.weight <= kMaxChainWeight))
+    refuse(kVertices, "found a weight no chain has");
   if (vertex.is_caustic()) {
     if (vertex.is_of_end() || vertex.light >= context.cells.size())
       refuse(kVertices, "found caustics of a cell that is not there");
-    for (float factor : vertex.direct)
-      if (!(factor >= 0 && factor <= kBrightest)) refuse(kVertices, "found a factor no chain has");
+    if (vertex.direct != 1) refuse(kVertices, "found a factor no caustics have");
     return;
   }
   const bool lit = vertex.light != scene::kNone;
@@ -73,9 +76,17 @@ void check(const Vertex& vertex, const Context& context) {
     refuse(kVertices, "found a light that is not there");
   if (vertex.is_of_end() && !lit)
     refuse(kVertices, "found light at a ray's end that is of no lamp");
-  for (float value : vertex.direct)
-    if (!(value >= 0 && value <= kBrightest) || (value > 0 && !lit))
-      refuse(kVertices, "found light that is negative, beyond 1e33, or of no lamp");
+  const Vec3f strength = lit ? context.lights[vertex.light].strength : Vec3f{};
+  const float most = std::max({1.0f, strength.x, strength.y, strength.z}) * vertex.weight;
+  if (!(vertex.direct >= 0 && vertex.direct <= kBrightest && vertex.direct * most <= kBrightest) ||
+      (vertex.direct > 0 && !lit))
+    refuse(kVertices, "found light that is negative, beyond 1e33, or of no lamp");
+}
+
+void check(const Place& place) {
+  if (!is_finite(place.point)) refuse(kPlaces, "found a place that is not finite");
+  if (!(place.plane >= 0 && std::isfinite(place.plane)))
+    refuse(kPlaces, "found a distance from a surface that is negative or not finite");
 }
 
 /// Calls visit(chain) for all targets that are chains.
@@ -125,6 +136,7 @@ void GatherHits::save(ArchiveView& archive) const {
   archive.append(kTargets, std::span<const uint32_t>{});
   archive.append(kChains, std::span<const Record>{});
   archive.append(kVertices, std::span<const Vertex>{});
+  archive.append(kPlaces, std::span<const Place>{});
   size_t chains = 0;
   for (size_t first = 0; first < targets_.size(); first += kPerStep) {
     const std::span block =
@@ -143,19 +155,22 @@ void GatherHits::save(ArchiveView& archive) const {
       out.reserve(own);
       each_chain(block, [&](uint32_t chain) {
         out.push_back({uint32_t(chains_.vertices(chain).size()), chains_.end(chain),
-                       chains_.weight(chain), chains_.footprint(chain)});
+                       chains_.weight(chain), chains_.tip(chain)});
       });
       return out;
     });
-    archive.make<Vertex>(kVertices, vertices, [this, block, vertices] {
-      std::vector<Vertex> out;
+    const auto all_of = [this, block,
+                         vertices]<class T>(std::span<const T> (ChainPool::*own)(uint32_t) const) {
+      std::vector<T> out;
       out.reserve(vertices);
       each_chain(block, [&](uint32_t chain) {
-        const auto its = chains_.vertices(chain);
+        const std::span<const T> its = (chains_.*own)(chain);
         out.insert(out.end(), its.begin(), its.end());
       });
       return out;
-    });
+    };
+    archive.make<Vertex>(kVertices, vertices, [all_of] { return all_of(&ChainPool::vertices); });
+    archive.make<Place>(kPlaces, vertices, [all_of] { return all_of(&ChainPool::places); });
     chains += own;
   }
 }
@@ -184,9 +199,12 @@ void GatherHits::restore_samples(size_t first_sample, size_t last_sample, Archiv
     in_beam_[(begin + i) / 64] |= (bits[i / 64] >> (i % 64) & 1) << ((begin + i) % 64);
   Entries<Record> records(archive, kChains);
   Entries<Vertex> vertices(archive, kVertices);
+  Entries<Place> places(archive, kPlaces);
+  if (places.left() != vertices.left()) refuse(kPlaces, "is not as long as the vertices");
   const uint32_t cells = context.cells.size();
   const size_t before = chains_.size();
   std::array<Vertex, kMaxVertices> own;
+  std::array<Place, kMaxVertices> own_places;
   for (size_t ray = 0; ray < count; ++ray) {
     if (ray % kPerStep == 0 && ray) {
       progress.advance(kPerStep);
@@ -202,15 +220,15 @@ void GatherHits::restore_samples(size_t first_sample, size_t last_sample, Archiv
     const Record record = records.next();
     check(record, cells);
     if (record.count > vertices.left()) refuse(kVertices, "is too short");
-    uint32_t tints = 0;
     for (uint32_t k = 0; k < record.count; ++k) {
-      own[k] = vertices.next();
-      check(own[k], context);
-      tints += own[k].is_tint();
+      own[k] = vertices.next(), own_places[k] = places.next();
+      check(own[k], context), check(own_places[k]);
+      if (k && own[k - 1].is_of_end() && !own[k].is_of_end())
+        refuse(kVertices, "found a chain that goes on behind its end");
     }
-    if (tints > 1) refuse(kVertices, "found a chain with tints in two places");
-    target = kChain + chains_.add(std::span(own).first(record.count), record.end, record.weight,
-                                  record.footprint);
+    target = kChain + chains_.add(std::span(own).first(record.count),
+                                  std::span(own_places).first(record.count), record.end,
+                                  record.weight, record.tip);
   }
   if (records.left()) refuse(kChains, "holds chains that no ray has");
   if (vertices.left()) refuse(kVertices, "is too long");

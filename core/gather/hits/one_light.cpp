@@ -3,7 +3,9 @@
 #include "gather/hits/one_light.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <limits>
 #include <map>
 
 namespace deltalux::gather {
@@ -36,6 +38,9 @@ direct::LightShape::Glance close_glance(const direct::LightShape& shape,
           shape.open(receiver)};
 }
 
+/// Of light that nothing hides; never 0, which says that something does.
+float unhidden(double direct) { return std::max(float(direct), std::numeric_limits<float>::min()); }
+
 }  // namespace
 
 OneLight::OneLight(std::span<const trace::Light> lights,
@@ -65,8 +70,8 @@ double OneLight::weigh(const trace::RayCaster& caster, const Choice& choice,
   return caster.occluded_static(ray.origin, ray.direction, ray.to) ? 0 : weight;
 }
 
-void OneLight::ask(const trace::RayCaster& caster, const direct::Receiver& receiver,
-                   const Draw& draw, Vertex& out) const {
+OneLight::Chosen OneLight::choose(const trace::RayCaster& caster, const direct::Receiver& receiver,
+                                  const Draw& draw) const {
   thread_local std::vector<double> weight, of_group;
   weight.assign(choices_.size(), 0), of_group.assign(groups_, 0);
   double all = 0;
@@ -74,8 +79,7 @@ void OneLight::ask(const trace::RayCaster& caster, const direct::Receiver& recei
     weight[k] = weigh(caster, choices_[k], receiver);
     of_group[choices_[k].group] += weight[k], all += weight[k];
   }
-  out.light = scene::kNone, out.direct = {};
-  if (!(all > 0) || !std::isfinite(all)) return;
+  if (!(all > 0) || !std::isfinite(all)) return {};
   const double groups =
       double(std::count_if(of_group.begin(), of_group.end(), [](double w) { return w > 0; }));
   const auto chance = [&](size_t k) {
@@ -88,24 +92,51 @@ void OneLight::ask(const trace::RayCaster& caster, const direct::Receiver& recei
     chosen = k;
     left -= chance(k);
   }
+  const Choice& choice = choices_[chosen];
+  if (choice.tree.empty()) return {choice.light, chance(chosen)};
   // Reuse the random number of the choice: rescaled within its interval, it is uniform again.
   double u = std::clamp((left + chance(chosen)) / chance(chosen), 0.0, 1 - 0x1p-24), within = 1;
-  const Choice& choice = choices_[chosen];
-  out.light = choice.tree.empty() ? choice.light : choice.tree.draw(receiver, u, within);
-  if (out.light != scene::kNone)
-    shine(caster, receiver, out.light, chance(chosen) * within, float(u), draw[1], out);
+  const uint32_t light = choice.tree.draw(receiver, u, within);
+  return {light, chance(chosen) * within};
 }
 
-void OneLight::shine(const trace::RayCaster& caster, const direct::Receiver& receiver,
-                     uint32_t light, double chance, float u, float v, Vertex& out) const {
+direct::LightShape::Glance OneLight::glance(uint32_t light, const direct::Receiver& receiver,
+                                            const Draw& draw) const {
+  // A number that is independent of the choice: what another light does must not move the point.
+  const uint64_t both =
+      uint64_t(std::bit_cast<uint32_t>(draw[0])) << 32 | std::bit_cast<uint32_t>(draw[1]);
+  const float u = unit_float(mix64(both));
   const direct::LightShape& shape = *shapes_[light];
-  const direct::LightShape::Glance ray =
-      shape.is_small(receiver) ? shape.glance(receiver, u, v) : close_glance(shape, receiver, u);
-  if (!(ray.irradiance > 0) || caster.occluded(ray.origin, ray.direction, ray.to)) return;
-  const Vec3f power = lights_[light].strength;
+  return shape.is_small(receiver) ? shape.glance(receiver, u, draw[1])
+                                  : close_glance(shape, receiver, u);
+}
+
+OneLight::Answer OneLight::ask(const trace::RayCaster& caster, const direct::Receiver& receiver,
+                               const Draw& draw, const Chosen& chosen) const {
+  if (chosen.light == scene::kNone) return {};
+  const direct::LightShape::Glance ray = glance(chosen.light, receiver, draw);
+  if (!(ray.irradiance > 0) || caster.occluded(ray.origin, ray.direction, ray.to))
+    return {chosen.light, 0};
   const double passed = double(caster.transmittance(ray.origin, ray.direction, ray.to));
-  const double factor = passed * ray.irradiance / chance;
-  for (int c = 0; c < 3; ++c) out.direct[size_t(c)] = float(double(power[c]) * factor);
+  return {chosen.light, passed > 0 ? unhidden(passed * ray.irradiance / chosen.chance) : 0};
+}
+
+OneLight::Answer OneLight::ask(const trace::RayCaster& caster, const direct::Receiver& receiver,
+                               const Draw& draw) const {
+  return ask(caster, receiver, draw, choose(caster, receiver, draw));
+}
+
+OneLight::Answer OneLight::ask_again(const trace::RayCaster& caster,
+                                     const direct::Receiver& receiver, const Draw& draw,
+                                     const Answer& before, bool holds, bool& casts) const {
+  const Chosen chosen = choose(caster, receiver, draw);
+  if (chosen.light == scene::kNone) return {};
+  if (chosen.light != before.light || !holds) {
+    casts = true;
+    return ask(caster, receiver, draw, chosen);
+  }
+  if (!(before.direct > 0)) return before;
+  return {chosen.light, unhidden(glance(chosen.light, receiver, draw).irradiance / chosen.chance)};
 }
 
 }  // namespace deltalux::gather

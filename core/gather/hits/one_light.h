@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "gather/hits/light_tree.h"
-#include "gather/hits/vertex.h"
 #include "trace/ray_caster.h"
 
 namespace deltalux::gather {
@@ -24,13 +23,24 @@ class OneLight {
            uint32_t groups, uint64_t seed);
   OneLight(const OneLight&) = delete;  // trees refer to the shapes
   OneLight& operator=(const OneLight&) = delete;
+  /// The light chosen, or kNone, and Vertex::direct.
+  struct Answer {
+    uint32_t light = scene::kNone;
+    float direct = 0;
+  };
   /// Chooses one light with a probability that is half by its approximate unshadowed share of all
   /// light, and half by its share within its group (with equal chances for all groups that
   /// contribute), so that no group is neglected when others are dimmed. Suns hidden by static
-  /// geometry are left out. Writes the light and its irradiance, divided by the probability, to
-  /// `out`. Of a group of very many lights, one is chosen by a LightTree.
-  void ask(const trace::RayCaster& caster, const direct::Receiver& receiver, const Draw& draw,
-           Vertex& out) const;
+  /// geometry are left out. Of a group of very many lights, one is chosen by a LightTree. Which
+  /// point of the light stands for it depends on the draw alone, not on the other lights.
+  Answer ask(const trace::RayCaster& caster, const direct::Receiver& receiver,
+             const Draw& draw) const;
+  /// The same, where only lights and shadows changed since `before` was the answer. `holds`: the
+  /// light of that answer sends the same light, through as much or as little. Casts a ray if that
+  /// is not so, or if the light chosen is another one, and sets `casts` then. Not where surfaces
+  /// let light pass.
+  Answer ask_again(const trace::RayCaster& caster, const direct::Receiver& receiver,
+                   const Draw& draw, const Answer& before, bool holds, bool& casts) const;
 
  private:
   /// One light, or the tree of a group's many.
@@ -38,10 +48,20 @@ class OneLight {
     uint32_t group, light;
     LightTree tree;
   };
+  /// A light, and the probability of having chosen it; or kNone.
+  struct Chosen {
+    uint32_t light = scene::kNone;
+    double chance = 0;
+  };
   double weigh(const trace::RayCaster& caster, const Choice& choice,
                const direct::Receiver& receiver) const;
-  void shine(const trace::RayCaster& caster, const direct::Receiver& receiver, uint32_t light,
-             double chance, float u, float v, Vertex& out) const;
+  Chosen choose(const trace::RayCaster& caster, const direct::Receiver& receiver,
+                const Draw& draw) const;
+  Answer ask(const trace::RayCaster& caster, const direct::Receiver& receiver, const Draw& draw,
+             const Chosen& chosen) const;
+  /// The ray to the point of a light that stands for it, and what it brings without shadows.
+  direct::LightShape::Glance glance(uint32_t light, const direct::Receiver& receiver,
+                                    const Draw& draw) const;
 
   std::span<const trace::Light> lights_;
   direct::Shapes shapes_;

@@ -19,11 +19,11 @@ StaleRays::StaleRays(const GatherHits& hits, const Context& context, const Chang
       test_(change.scene, context.lights, trace::shadow_slack(context.caster)),
       suns_(std::any_of(context.guiding.suns.begin(), context.guiding.suns.end(),
                         [&](uint32_t sun) { return change.scene.changes(sun); })),
+      keeps_ways_(!context.scene.has_specular() && !context.scene.transmits()),
       placed_(context.beams.placed(change.scene)) {
   for (const trace::MovedObject& moved : change.scene.objects)
     own_.push_back(context.cells.of_object(moved.object));
   find_changed_lights();
-  same_lamps_ = changed_.empty() && context.beams.size() == 0 && context.suns.lights().empty();
   if (context.beams.size() && !placed_) shade_beams();
 }
 
@@ -67,50 +67,64 @@ bool StaleRays::touches_beams(const Box& points) const {
 bool StaleRays::shaded(uint32_t target) const {
   if (placed_) return true;
   if (!GatherHits::is_chain(target)) return shaded_[target];
-  const trace::Footprint& own = hits_.chains().footprint(GatherHits::chain_of(target));
-  return touches_beams(own.near) || touches_beams({own.to, own.to});
+  const uint32_t chain = GatherHits::chain_of(target);
+  const Vec3f tip = hits_.chains().tip(chain);
+  if (touches_beams({tip, tip})) return true;
+  Box bends;
+  hits_.chains().each_bend(chain, [&](Vec3f p) { bends.grow(p); });
+  return !bends.empty() && touches_beams(bends);
 }
 
-bool StaleRays::passes_by(const Box& chains) const {
-  if (chains.empty()) return true;
-  if (test_.touches(chains)) return false;
-  for (uint32_t light = 0; light < context_.lights.size(); ++light)
-    if (test_.touches_light(light, chains)) return false;
-  return true;
+StaleRays::Around StaleRays::around(const Box& chains) const {
+  Around out{true, chains.centre(), {}};
+  if (chains.empty()) return out;
+  out.apart = !test_.touches(chains) && !lit_by_changed(chains);
+  for (uint32_t light = 0; light < context_.lights.size() && out.apart; ++light)
+    out.apart = !test_.shades(light, chains);
+  const Vec3f half = max(chains.high - out.from, out.from - chains.low);
+  for (const Box& box : test_.boxes()) out.wider.push_back({box.low - half, box.high + half});
+  return out;
 }
 
-void StaleRays::mark(const SampleRays& rays, size_t sample, bool apart,
-                     std::vector<uint8_t>& again) const {
+void StaleRays::mark(const SampleRays& rays, size_t sample, const Around& around,
+                     std::vector<Stale>& again) const {
   const std::span<const uint32_t> targets = hits_.targets(sample);
   const size_t first = hits_.rays().first(sample);
-  for (size_t ray = 0; ray < targets.size(); ++ray) again[ray] = gone(targets[ray], apart);
+  const Vec3f origin = rays.origin();
+  for (size_t ray = 0; ray < targets.size(); ++ray) again[ray] = gone(targets[ray], around);
   for (size_t ray = 0; ray < targets.size() && context_.beams.size(); ++ray)
-    again[ray] = again[ray] || (hits_.in_beam(first + ray) && shaded(targets[ray]));
+    if (again[ray] != Stale::all && hits_.in_beam(first + ray) && shaded(targets[ray]))
+      again[ray] = Stale::all;
   if (!change_.points.empty())
-    rays.each_moved(change_.points, [&](uint32_t ray) { again[ray] = 1; });
+    rays.each_moved(change_.points, [&](uint32_t ray) { again[ray] = Stale::all; });
   for (const trace::MovedObject& moved : change_.scene.objects) {
     if (moved.now.empty()) continue;
     rays.each_towards(moved.now.centre(), 0.5001f * moved.now.diagonal(), [&](uint32_t ray) {
-      if (again[ray] || !may_be_hidden(targets[ray])) return;
+      if (again[ray] == Stale::all) return;
+      // Where a cell is would take as long to tell as to test the ray.
+      if (GatherHits::is_chain(targets[ray]) &&
+          !test_.touches(origin, landing(GatherHits::chain_of(targets[ray]))))
+        return;
       const Vec3f w = rays.aim(ray).w;
-      again[ray] = !(w == Vec3f{}) && SlabRay(rays.origin(), w).entry(moved.now, kFar) < kFar &&
-                   context_.caster.closest_object(moved.object, rays.origin(), w).valid();
+      if (!(w == Vec3f{}) && SlabRay(origin, w).entry(moved.now, kFar) < kFar &&
+          context_.caster.closest_object(moved.object, origin, w).valid())
+        again[ray] = Stale::all;
     });
   }
 }
 
-bool StaleRays::may_be_hidden(uint32_t target) const {
-  if (!GatherHits::is_chain(target)) return true;
-  const trace::Footprint& own = hits_.chains().footprint(GatherHits::chain_of(target));
-  return test_.touches(own.from, own.to) || test_.touches(own.near);
+Vec3f StaleRays::landing(uint32_t chain) const {
+  const ChainPool& chains = hits_.chains();
+  return chains.vertices(chain).front().is_of_end() ? chains.tip(chain)
+                                                    : chains.places(chain).front().point;
 }
 
-bool StaleRays::gone(uint32_t target, bool apart) const {
-  if (target == kDark) return false;
+Stale StaleRays::gone(uint32_t target, const Around& around) const {
+  if (target == kDark) return Stale::no;
   // Where a sun shines is not known of a cell.
-  if (suns_) return true;
-  if (GatherHits::is_chain(target)) return touches(GatherHits::chain_of(target), apart);
-  return is_own(target) || context_.beams.reach(target) & placed_;
+  if (suns_) return Stale::all;
+  if (GatherHits::is_chain(target)) return gone_chain(GatherHits::chain_of(target), around);
+  return is_own(target) || context_.beams.reach(target) & placed_ ? Stale::all : Stale::no;
 }
 
 bool StaleRays::is_own(uint32_t cell) const {
@@ -119,27 +133,52 @@ bool StaleRays::is_own(uint32_t cell) const {
   return false;
 }
 
-bool StaleRays::touches(uint32_t chain, bool apart) const {
-  const trace::Footprint& own = hits_.chains().footprint(chain);
-  // Most chains are far from what moved: do not even look at their vertices.
-  if (apart && same_lamps_ && !test_.touches(own.from, own.to) && !test_.touches(own.near))
-    return false;
+bool StaleRays::bends_touched(uint32_t chain, const Around& around) const {
   const std::span<const Vertex> vertices = hits_.chains().vertices(chain);
-  if (vertices.front().is_of_end()) {
-    // It consists of the ray alone, which mark() tests, too.
-    const uint32_t end = hits_.chains().end(chain);
-    return is_own(end) || context_.beams.reach(end) & placed_ ||
-           std::any_of(vertices.begin(), vertices.end(), [&](const Vertex& vertex) {
-             return vertex.lamp() != scene::kNone && test_.touches_light(vertex.lamp(), own.to);
-           });
+  const std::span<const Place> places = hits_.chains().places(chain);
+  Vec3f from = places.front().point;
+  // The first segment is the ray, which mark() tests, but for where it ends.
+  if (!around.apart && test_.touches(Box{from, from})) return true;
+  for (size_t k = 1; k < vertices.size() && !vertices[k].is_of_end(); ++k) {
+    const Vec3f to = places[k].point;
+    if (!around.apart && !(to == from) && test_.touches(from, to)) return true;
+    from = to;
   }
-  // Which of the lights a vertex asks depends on all lights that may give something there; where
-  // directions go, on all beams.
-  return placed_ || lit_by_changed(own.near) || test_.touches(own, [&](const auto& visit) {
-    for (const Vertex& vertex : vertices)
-      if (vertex.lamp() != scene::kNone && (vertex.is_of_end() || !apart))
-        visit(vertex.lamp(), vertex.is_of_end());
-  });
+  return test_.touches(from, hits_.chains().tip(chain));
+}
+
+Stale StaleRays::gone_chain(uint32_t chain, const Around& around) const {
+  // Most chains are far from what moved: do not even look at their vertices.
+  const Vec3f tip = hits_.chains().tip(chain);
+  const bool far = context_.beams.size() == 0 && context_.suns.lights().empty();
+  if (around.apart && far && !trace::meets_any(around.wider, around.from, tip)) return Stale::no;
+  const std::span<const Vertex> vertices = hits_.chains().vertices(chain);
+  // Where directions go depends on all beams.
+  if (vertices.front().is_of_end()) {
+    const uint32_t end = hits_.chains().end(chain);
+    if (is_own(end) || context_.beams.reach(end) & placed_) return Stale::all;
+  } else if (placed_ || bends_touched(chain, around)) {
+    return Stale::all;
+  }
+  const std::span<const Place> places = hits_.chains().places(chain);
+  for (size_t k = 0; k < vertices.size(); ++k) {
+    const Vertex& vertex = vertices[k];
+    if (vertex.is_tint() || vertex.is_caustic()) continue;
+    if (around.apart && !vertex.is_of_end()) continue;
+    if (renewal(vertex, places[k].receiver()) != Renewal::none)
+      return keeps_ways_ ? Stale::lights : Stale::all;
+  }
+  return Stale::no;
+}
+
+Renewal StaleRays::renewal(const Vertex& vertex, const direct::Receiver& at) const {
+  const uint32_t lamp = vertex.lamp();
+  if (lamp != scene::kNone && test_.touches_light(lamp, at.point)) return Renewal::light;
+  // Only beams and suns are asked at ends, and where one of these changed, rays are cast again.
+  if (vertex.is_of_end()) return Renewal::none;
+  const bool lit = everywhere_ || std::any_of(changed_.begin(), changed_.end(),
+                                              [&](const auto& own) { return own->about(at) > 0; });
+  return lit ? Renewal::chances : Renewal::none;
 }
 
 }  // namespace deltalux::gather

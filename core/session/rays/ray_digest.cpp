@@ -12,12 +12,14 @@ void chain_chain(Lanes& lanes, const gather::ChainPool& chains, uint32_t number)
   lanes.chain(uint64_t(bits(chains.weight(number))) << 32 | chains.end(number));
   for (const gather::Vertex& vertex : chains.vertices(number)) {
     lanes.chain(uint64_t(vertex.material) << 32 | vertex.light);
-    lanes.chain_all(vertex.direct);
+    lanes.chain(uint64_t(bits(vertex.direct)) << 32 | bits(vertex.weight));
   }
-  // decides after which edits the chain is traced again
-  const trace::Footprint& footprint = chains.footprint(number);
-  lanes.chain(footprint.near);
-  lanes.chain(footprint.from), lanes.chain(footprint.to);
+  // where lights are asked again after edits, and after which the chain is traced again
+  for (const gather::Place& place : chains.places(number)) {
+    lanes.chain(place.point);
+    lanes.chain(uint64_t(place.normal) << 32 | bits(place.plane));
+  }
+  lanes.chain(chains.tip(number));
 }
 
 void chain_hits(Lanes& lanes, const gather::GatherHits& hits) {

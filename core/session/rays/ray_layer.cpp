@@ -23,9 +23,11 @@ gather::Evaluation RayLayer::evaluation(bool errors) {
   gather::Paint paint;
   for (const scene::Material& material : world.scene.materials)
     paint.reflectance.push_back(material.reflectance);
-  for (const trace::Light& light : world.lights)
-    paint.dim.push_back(float(world.group_factor[light.group]));
-  paint.dim.push_back(0);
+  for (const trace::Light& light : world.lights) {
+    const float dim = float(world.group_factor[light.group]);
+    paint.dim.push_back(dim);
+    paint.lamp.push_back(light.strength * dim);
+  }
   cells.renew_light();
   paint.caustics = cells.light.caustics();
   hits.paint(paint, world.workers);

@@ -23,7 +23,8 @@ bool sees_light(const State& s, size_t sample) {
     const uint32_t number = gather::GatherHits::chain_of(target);
     if (is_lit(chains.end(number))) return true;
     for (const gather::Vertex& vertex : chains.vertices(number))
-      if (vertex.is_caustic() ? is_lit(vertex.light) : vertex.direct != std::array<float, 3>{})
+      if (vertex.is_caustic() ? is_lit(vertex.light)
+                              : vertex.lamp() != scene::kNone && vertex.direct > 0)
         return true;
   }
   return false;
