@@ -28,6 +28,17 @@ void add_tint(Vec3f factor, uint32_t flags, const direct::Receiver& at, Chain& c
   if (factor != Vec3f{1, 1, 1}) chain.add(Vertex::tint(min(factor, kMax), flags), at);
 }
 
+/// Where a chain that came from `bend` leaves a point: a function of what is stored, so that it can
+/// be resumed there.
+Vec3f leave(Vec3f bend, const direct::Receiver& at) {
+  const Vec3f way = at.point - bend;
+  const float t = length(way);
+  if (!(t > 0)) return at.point + at.normal * at.slack();
+  trace::Hit hit;
+  hit.t = t;
+  return trace::leave_surface(bend, way * (1 / t), hit, at.normal, at.plane);
+}
+
 }  // namespace
 
 ChainTracer::ChainTracer(const Context& context, const CellFinder& finder, const Targets& targets,
@@ -81,47 +92,75 @@ ChainTracer::Taken ChainTracer::take_lobe(const PathRandom& random, uint32_t ste
 
 Chain ChainTracer::trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w,
                          const trace::Hit& met, uint32_t cell) const {
-  const scene::Scene& scene = context_.scene;
-  const PathRandom random(seed_, key);
-  const float beyond = scene.beyond();
   Chain chain;
   chain.tip = origin + w * met.t;
-  trace::Hit hit = met;
-  uint32_t touched = 0;  // points that are vertices
-  for (uint32_t step = 0;;) {
-    const direct::Receiver at = context_.landing(origin, w, hit);
-    const Taken taken =
-        goes_on_at(hit) ? take_lobe(random, step, at, hit, origin, w, chain) : Taken::diffuse;
-    if (taken == Taken::diffuse && hit.t >= context_.cells.near(cell)) {
-      finish(light_draw(key, step, first), at, hit, cell, chain);
-      return chain;
-    }
-    std::optional<DirectionSampler> sampler;
-    Aim aim{w};
-    if (taken == Taken::diffuse) {
-      touch(light_draw(key, step, first), at, hit, cell, chain);
-      origin = trace::leave_surface(origin, w, hit, at.normal, at.plane);
-      sampler.emplace(targets_, origin, at.normal);
-      aim = step ? sampler->draw(random(step, kTurnU), random(step, kTurnV), chain.in_beam)
-                 : sampler->draw(first[0], first[1], chain.in_beam);
-      w = aim.w;
-    }
-    // A ray that misses the point that it aims for ends here, but follows it when it moves.
-    chain.tip = aim.point ? aim.point->at : origin;
-    ++step;
-    if (step == kMaxTouched || w == Vec3f{} || taken == Taken::nothing) return chain;
-    if (taken != Taken::straight && ++touched > kSurely && !(random(step, kStays) < kGoesOn))
-      return chain;
-    hit = context_.caster.closest(origin, w);
-    if (aim.point && !(hit.valid() && aim.point->is_met(origin, w, hit))) return chain;
-    chain.tip = origin + w * (hit.valid() ? hit.t : beyond);
-    if (!hit.valid()) return chain;
-    if (sampler)
-      chain.weight *= sampler->weight(aim, hit.t, context_.landing(origin, w, hit), context_.caster,
-                                      chain.in_beam);
-    cell = finder_.find(hit.primitive, origin, w, hit.t);
-    if (cell == kNoCell) return chain;
+  Walk walk{origin, w, met, cell, origin};
+  follow(key, first, walk, chain);
+  return chain;
+}
+
+Chain ChainTracer::resume(uint64_t key, const Draw& first, Vec3f origin, uint32_t bend,
+                          std::span<const Place> places, std::span<const Vertex> vertices) const {
+  Chain chain;
+  Walk walk{origin, {}, {}, kNoCell, origin, bend, bend};
+  for (uint32_t points = 0; points <= bend; ++chain.count) {
+    chain.vertex[chain.count] = vertices[chain.count];
+    chain.place[chain.count] = places[chain.count];
+    if (!vertices[chain.count].is_point()) continue;
+    if (points++ < bend) walk.bend = places[chain.count].point;
   }
+  chain.weight = chain.vertex[chain.count - 1].weight;
+  if (go_on(key, first, Taken::diffuse, walk, chain)) follow(key, first, walk, chain);
+  return chain;
+}
+
+void ChainTracer::follow(uint64_t key, const Draw& first, Walk& walk, Chain& chain) const {
+  for (;;) {
+    const trace::Hit hit = walk.hit;
+    const direct::Receiver at = context_.landing(walk.origin, walk.w, hit);
+    const Draw draw = light_draw(key, walk.step, first);
+    const Taken taken = goes_on_at(hit) ? take_lobe(PathRandom(seed_, key), walk.step, at, hit,
+                                                    walk.origin, walk.w, chain)
+                                        : Taken::diffuse;
+    if (taken == Taken::diffuse) {
+      if (hit.t >= context_.cells.near(walk.cell)) return finish(draw, at, hit, walk.cell, chain);
+      touch(draw, at, hit, walk.cell, chain);
+    }
+    if (!go_on(key, first, taken, walk, chain)) return;
+  }
+}
+
+bool ChainTracer::go_on(uint64_t key, const Draw& first, Taken taken, Walk& walk,
+                        Chain& chain) const {
+  const PathRandom random(seed_, key);
+  std::optional<DirectionSampler> sampler;
+  Aim aim{walk.w};
+  if (taken == Taken::diffuse) {
+    const direct::Receiver at = chain.place[chain.count - 1].receiver();
+    walk.origin = leave(walk.bend, at);
+    sampler.emplace(targets_, walk.origin, at.normal);
+    const Draw turn =
+        walk.step ? Draw{random(walk.step, kTurnU), random(walk.step, kTurnV)} : first;
+    aim = sampler->draw(turn[0], turn[1], chain.in_beam);
+    walk.w = aim.w;
+  }
+  if (chain.count) walk.bend = chain.place[chain.count - 1].point;
+  // A ray that misses the point that it aims for ends here, but follows it when it moves.
+  chain.tip = aim.point ? aim.point->at : walk.origin;
+  ++walk.step;
+  if (walk.step == kMaxTouched || walk.w == Vec3f{} || taken == Taken::nothing) return false;
+  if (taken != Taken::straight && ++walk.touched > kSurely &&
+      !(random(walk.step, kStays) < kGoesOn))
+    return false;
+  const trace::Hit& hit = walk.hit = context_.caster.closest(walk.origin, walk.w);
+  if (aim.point && !(hit.valid() && aim.point->is_met(walk.origin, walk.w, hit))) return false;
+  chain.tip = walk.origin + walk.w * (hit.valid() ? hit.t : context_.scene.beyond());
+  if (!hit.valid()) return false;
+  if (sampler)
+    chain.weight *= sampler->weight(aim, hit.t, context_.landing(walk.origin, walk.w, hit),
+                                    context_.caster, chain.in_beam);
+  walk.cell = finder_.find(hit.primitive, walk.origin, walk.w, hit.t);
+  return walk.cell != kNoCell;
 }
 
 void ChainTracer::touch(const Draw& draw, const direct::Receiver& at, const trace::Hit& hit,

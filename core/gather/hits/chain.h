@@ -89,6 +89,11 @@ class ChainTracer {
   /// `key`: random key of the ray; `first`: random numbers for the light at that hit.
   Chain trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w, const trace::Hit& hit,
               uint32_t cell) const;
+  /// The same chain where something changed on the segment that leaves point number `bend`, or
+  /// behind it: casts that alone. Where all surfaces are diffuse and nothing depends on beams.
+  /// `origin`: of the ray; `places`, `vertices`: of the chain before.
+  Chain resume(uint64_t key, const Draw& first, Vec3f origin, uint32_t bend,
+               std::span<const Place> places, std::span<const Vertex> vertices) const;
   /// Asks lights again at vertices of a chain whose way did not change, where all surfaces are
   /// diffuse. `key`, `first`: as for trace(); `renewal(vertex, receiver)`: why the vertex asks, if
   /// it does. Returns whether it cast rays.
@@ -123,6 +128,18 @@ class ChainTracer {
   enum class Taken : uint8_t { diffuse, specular, straight, nothing };
   Taken take_lobe(const PathRandom& random, uint32_t step, const direct::Receiver& at,
                   const trace::Hit& hit, Vec3f& origin, Vec3f& w, Chain& chain) const;
+  /// A ray, what it met, and what it did before.
+  struct Walk {
+    Vec3f origin, w;
+    trace::Hit hit;
+    uint32_t cell;
+    Vec3f bend;                      ///< the last point
+    uint32_t step = 0, touched = 0;  ///< points; of these, vertices
+  };
+  /// Follows a chain from a hit to its end.
+  void follow(uint64_t key, const Draw& first, Walk& walk, Chain& chain) const;
+  /// Casts the segment that leaves a point. Returns false if the chain ends.
+  bool go_on(uint64_t key, const Draw& first, Taken taken, Walk& walk, Chain& chain) const;
   /// Adds the vertex of a near hit, with its direct light and caustics.
   void touch(const Draw& draw, const direct::Receiver& at, const trace::Hit& hit, uint32_t cell,
              Chain& chain) const;

@@ -72,16 +72,17 @@ class GatherHits::Caster {
     thread_local std::vector<Stale> again;
     thread_local std::vector<uint32_t> which;
     const SampleRays own = rays(sample);
-    again.assign(hits_.shown(sample), Stale::all);
+    again.assign(hits_.shown(sample), Stale{Stale::all});
     which.clear();
     if (around) stale.mark(own, sample, *around, again);
-    const size_t relit = out.relit.size();
+    const size_t before = out.rays.size() + out.relit.size();
     for (uint32_t ray = first; ray < again.size(); ++ray) {
-      if (again[ray] == Stale::all) which.push_back(ray);
-      if (again[ray] == Stale::lights) ask_again(own, sample, ray, stale, out);
+      if (again[ray].what == Stale::all) which.push_back(ray);
+      if (again[ray].what == Stale::lights) ask_again(own, sample, ray, stale, out);
+      if (again[ray].what == Stale::tail) resume(own, sample, ray, again[ray].bend, stale, out);
     }
     cast(own, sample, which, out);
-    return !which.empty() || out.relit.size() > relit;
+    return out.rays.size() + out.relit.size() > before;
   }
 
  private:
@@ -104,6 +105,25 @@ class GatherHits::Caster {
       now.resize(first);
     else
       out.relit.push_back(number);
+  }
+  /// Casts the rest of a chain again behind one of its points.
+  void resume(const SampleRays& rays, size_t sample, uint32_t ray, uint32_t bend,
+              const StaleRays& stale, CastRays& out) const {
+    const size_t place = hits_.rays_.first(sample) + ray;
+    const uint32_t number = chain_of(hits_.targets_[place]);
+    const Draw first = rays.beyond(ray);
+    Chain chain = chains_.resume(key(sample, ray), first, rays.origin(), bend,
+                                 hits_.chains_.places(number), hits_.chains_.vertices(number));
+    uint32_t kept = 0;  // vertices
+    for (uint32_t points = 0; points <= bend; ++kept) points += chain.vertex[kept].is_point();
+    chains_.ask_again(key(sample, ray), first, std::span(chain.place).first(kept),
+                      std::span(chain.vertex).first(kept),
+                      [&](const Vertex& vertex, const direct::Receiver& at) {
+                        return stale.renewal(vertex, at);
+                      });
+    const float weight = hits_.weights_.empty() ? 1.0f : hits_.weights_[place];
+    out.rays.push_back({place, kChain, weight, chain.in_beam});
+    out.add(chain);
   }
   /// Of the ray's random numbers.
   uint64_t key(size_t sample, uint32_t ray) const {
@@ -152,10 +172,7 @@ class GatherHits::Caster {
     own.in_beam |= chain.in_beam;
     if (!chain.count) return;
     own.target = kChain;
-    out.chained.push_back({chain.count, chain.end, chain.weight, chain.tip});
-    out.vertices.insert(out.vertices.end(), chain.vertex.begin(),
-                        chain.vertex.begin() + chain.count);
-    out.places.insert(out.places.end(), chain.place.begin(), chain.place.begin() + chain.count);
+    out.add(chain);
   }
 
   const GatherHits& hits_;
@@ -241,6 +258,7 @@ void GatherHits::cast(const Context& context, const Workers& workers, Progress& 
     });
     for (const CastRays& block : found) set(block);
   }
+  bound_chains(context, workers);
 }
 
 void Change::merge(const Change& later) {

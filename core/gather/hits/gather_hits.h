@@ -141,6 +141,11 @@ class GatherHits {
     std::vector<Place> places;
     std::vector<uint32_t> relit;         ///< chains whose lights were asked again
     std::vector<Vertex> relit_vertices;  ///< of these, one after the other
+    void add(const Chain& chain) {
+      chained.push_back({chain.count, chain.end, chain.weight, chain.tip});
+      vertices.insert(vertices.end(), chain.vertex.begin(), chain.vertex.begin() + chain.count);
+      places.insert(places.end(), chain.place.begin(), chain.place.begin() + chain.count);
+    }
     /// Bounds of all segments of the new chains but the first and last.
     Box bends() const {
       Box out;

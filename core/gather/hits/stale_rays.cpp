@@ -91,16 +91,17 @@ void StaleRays::mark(const SampleRays& rays, size_t sample, const Around& around
   const std::span<const uint32_t> targets = hits_.targets(sample);
   const size_t first = hits_.rays().first(sample);
   const Vec3f origin = rays.origin();
-  for (size_t ray = 0; ray < targets.size(); ++ray) again[ray] = gone(targets[ray], around);
-  for (size_t ray = 0; ray < targets.size() && context_.beams.size(); ++ray)
-    if (again[ray] != Stale::all && hits_.in_beam(first + ray) && shaded(targets[ray]))
-      again[ray] = Stale::all;
+  for (size_t ray = 0; ray < targets.size(); ++ray) {
+    again[ray] = gone(first + ray, targets[ray], around);
+    if (again[ray].what != Stale::all && hits_.in_beam(first + ray) && shaded(targets[ray]))
+      again[ray].what = Stale::all;
+  }
   if (!change_.points.empty())
-    rays.each_moved(change_.points, [&](uint32_t ray) { again[ray] = Stale::all; });
+    rays.each_moved(change_.points, [&](uint32_t ray) { again[ray].what = Stale::all; });
   for (const trace::MovedObject& moved : change_.scene.objects) {
     if (moved.now.empty()) continue;
     rays.each_towards(moved.now.centre(), 0.5001f * moved.now.diagonal(), [&](uint32_t ray) {
-      if (again[ray] == Stale::all) return;
+      if (again[ray].what == Stale::all) return;
       // Where a cell is would take as long to tell as to test the ray.
       if (GatherHits::is_chain(targets[ray]) &&
           !test_.touches(origin, landing(GatherHits::chain_of(targets[ray]))))
@@ -108,7 +109,7 @@ void StaleRays::mark(const SampleRays& rays, size_t sample, const Around& around
       const Vec3f w = rays.aim(ray).w;
       if (!(w == Vec3f{}) && SlabRay(origin, w).entry(moved.now, kFar) < kFar &&
           context_.caster.closest_object(moved.object, origin, w).valid())
-        again[ray] = Stale::all;
+        again[ray].what = Stale::all;
     });
   }
 }
@@ -119,12 +120,13 @@ Vec3f StaleRays::landing(uint32_t chain) const {
                                                     : chains.places(chain).front().point;
 }
 
-Stale StaleRays::gone(uint32_t target, const Around& around) const {
-  if (target == kDark) return Stale::no;
+Stale StaleRays::gone(size_t place, uint32_t target, const Around& around) const {
+  if (target == kDark) return {};
   // Where a sun shines is not known of a cell.
-  if (suns_) return Stale::all;
-  if (GatherHits::is_chain(target)) return gone_chain(GatherHits::chain_of(target), around);
-  return is_own(target) || context_.beams.reach(target) & placed_ ? Stale::all : Stale::no;
+  if (suns_) return {Stale::all};
+  if (GatherHits::is_chain(target))
+    return gone_chain(GatherHits::chain_of(target), hits_.in_beam(place), around);
+  return {is_own(target) || context_.beams.reach(target) & placed_ ? Stale::all : Stale::no};
 }
 
 bool StaleRays::is_own(uint32_t cell) const {
@@ -133,32 +135,37 @@ bool StaleRays::is_own(uint32_t cell) const {
   return false;
 }
 
-bool StaleRays::bends_touched(uint32_t chain, const Around& around) const {
+Stale StaleRays::touched(uint32_t chain, const Around& around) const {
   const std::span<const Vertex> vertices = hits_.chains().vertices(chain);
   const std::span<const Place> places = hits_.chains().places(chain);
   Vec3f from = places.front().point;
   // The first segment is the ray, which mark() tests, but for where it ends.
-  if (!around.apart && test_.touches(Box{from, from})) return true;
+  if (!around.apart && test_.touches(Box{from, from})) return {Stale::all};
+  uint8_t bend = 0;
   for (size_t k = 1; k < vertices.size() && !vertices[k].is_of_end(); ++k) {
     const Vec3f to = places[k].point;
-    if (!around.apart && !(to == from) && test_.touches(from, to)) return true;
-    from = to;
+    if (to == from) continue;  // a tint, or caustics
+    if (!around.apart && test_.touches(from, to)) return {Stale::tail, bend};
+    from = to, ++bend;
   }
-  return test_.touches(from, hits_.chains().tip(chain));
+  return {test_.touches(from, hits_.chains().tip(chain)) ? Stale::tail : Stale::no, bend};
 }
 
-Stale StaleRays::gone_chain(uint32_t chain, const Around& around) const {
+Stale StaleRays::gone_chain(uint32_t chain, bool in_beam, const Around& around) const {
   // Most chains are far from what moved: do not even look at their vertices.
-  const Vec3f tip = hits_.chains().tip(chain);
   const bool far = context_.beams.size() == 0 && context_.suns.lights().empty();
-  if (around.apart && far && !trace::meets_any(around.wider, around.from, tip)) return Stale::no;
+  if (around.apart && far &&
+      !trace::meets_any(around.wider, around.from, hits_.chains().tip(chain)))
+    return {};
   const std::span<const Vertex> vertices = hits_.chains().vertices(chain);
-  // Where directions go depends on all beams.
   if (vertices.front().is_of_end()) {
     const uint32_t end = hits_.chains().end(chain);
-    if (is_own(end) || context_.beams.reach(end) & placed_) return Stale::all;
-  } else if (placed_ || bends_touched(chain, around)) {
-    return Stale::all;
+    if (is_own(end) || context_.beams.reach(end) & placed_) return {Stale::all};
+  } else if (placed_) {  // Where directions go depends on all beams.
+    return {Stale::all};
+  } else if (Stale own = touched(chain, around); own.what != Stale::no) {
+    if (in_beam || !keeps_ways_) own.what = Stale::all;
+    return own;
   }
   const std::span<const Place> places = hits_.chains().places(chain);
   for (size_t k = 0; k < vertices.size(); ++k) {
@@ -166,9 +173,9 @@ Stale StaleRays::gone_chain(uint32_t chain, const Around& around) const {
     if (vertex.is_tint() || vertex.is_caustic()) continue;
     if (around.apart && !vertex.is_of_end()) continue;
     if (renewal(vertex, places[k].receiver()) != Renewal::none)
-      return keeps_ways_ ? Stale::lights : Stale::all;
+      return {keeps_ways_ ? Stale::lights : Stale::all};
   }
-  return Stale::no;
+  return {};
 }
 
 Renewal StaleRays::renewal(const Vertex& vertex, const direct::Receiver& at) const {

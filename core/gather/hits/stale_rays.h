@@ -10,8 +10,16 @@
 
 namespace deltalux::gather {
 
-/// What an update does about a ray: nothing, or its chain asks lights again, or it is cast again.
-enum class Stale : uint8_t { no, lights, all };
+/// What an update does about a ray.
+struct Stale {
+  enum What : uint8_t {
+    no,      ///< nothing
+    lights,  ///< its chain asks lights again
+    tail,    ///< the same, and it is cast again behind point number `bend`
+    all      ///< it is cast again
+  } what = no;
+  uint8_t bend = 0;
+};
 
 /// What the constructor takes must outlive it.
 class StaleRays {
@@ -33,7 +41,7 @@ class StaleRays {
   /// more.
   void mark(const SampleRays& rays, size_t sample, const Around& around,
             std::vector<Stale>& again) const;
-  /// Why a vertex of a chain with Stale::lights asks again.
+  /// Why a vertex of a chain asks again that is not cast again there.
   Renewal renewal(const Vertex& vertex, const direct::Receiver& at) const;
 
  private:
@@ -45,10 +53,10 @@ class StaleRays {
   /// Where a ray that met this landed, if it is a chain.
   Vec3f landing(uint32_t chain) const;
   /// What to do about what a ray met, if nothing new hides that.
-  Stale gone(uint32_t target, const Around& around) const;
-  Stale gone_chain(uint32_t chain, const Around& around) const;
-  /// Whether the change may touch a segment of the chain behind the first.
-  bool bends_touched(uint32_t chain, const Around& around) const;
+  Stale gone(size_t place, uint32_t target, const Around& around) const;
+  Stale gone_chain(uint32_t chain, bool in_beam, const Around& around) const;
+  /// Of a chain that goes on behind its first hit: what the change may touch there.
+  Stale touched(uint32_t chain, const Around& around) const;
   /// Whether the cell is one of an object that was moved.
   bool is_own(uint32_t cell) const;
   /// Collects the shapes of the lights that changed.

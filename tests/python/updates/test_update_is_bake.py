@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """After any edits, an update has the bits of a bake, in random rooms where all that a bake chooses matters.
 
-Narrow spots and the sun make beams and guides, slits and pools other numbers of rays; a lamp stands on a
-movable, and a board covers a hole behind which there is more light.
+Narrow spots and the sun make beams and guides, slits and pools other numbers of rays; lamps stand on
+movables, and a board covers a hole behind which there is more light. Some rooms have no sun, or no spots:
+chains ask lamps again then that moved, and are not cast again.
 """
 
 from __future__ import annotations
@@ -47,24 +48,27 @@ def random_room(seed: int) -> dl.Scene:
         dl.Mesh("panel", *box((0.5, 0.02, 0.3)), "glow", pose=translation(-0.6 * x, y - 0.05, 0)),
         movable("board", (2.2 * hole * x, 0.03, 2.2 * hole * z), translation(0, y + 0.02, 0)),
         movable("stand", (0.1, 0.5, 0.1), translation(0.5, 0.26, 0.4)),
+        dl.Mesh("lantern", *box((0.2, 0.1, 0.15)), "glow", pose=translation(-0.5, 0.7, -0.3), movable=True),
     ]
     for k in range(3):
         size = rng.uniform(0.1, 0.7, 3)
         at = translation(rng.uniform(-0.7, 0.7) * x, size[1] / 2 + 0.003, rng.uniform(-0.7, 0.7) * z)
         pose = at @ turn(rng.uniform(0, 3))
         meshes.append(dl.Mesh(f"case {k}", *box(size), "wood", pose=pose, movable=k == 0))
-    lights: list = [dl.SunLight("sun", rng.uniform((-1, -2, -1), (1, -1, 1)), (30, 29, 26))]
-    for k in range(2):
+    sunny, has_spots = (int(n) for n in rng.random(2) < 0.7)
+    lights: list = [dl.SunLight("sun", rng.uniform((-1, -2, -1), (1, -1, 1)), (30, 29, 26))][:sunny]
+    for k in range(2 * has_spots):
         at = (rng.uniform(-0.6, 0.6) * x, y - 0.1, rng.uniform(-0.6, 0.6) * z)
         down = (rng.uniform(-0.3, 0.3), -1, 0.1)
         lights.append(dl.SpotLight(f"spot {k}", at, down, (80, 75, 70), 0.05, 0.15))
     aside = ((0, 0.3, 0), (0.2, -1, 0.3))
-    lights.append(dl.SpotLight("lamp", *aside, (20, 18, 15), 0.1, 0.4, attached_to="stand"))
+    angles = (0.1, 0.4) if has_spots else (0.9, 1.2)
+    lights.append(dl.SpotLight("lamp", *aside, (20, 18, 15), *angles, attached_to="stand"))
     return dl.Scene(meshes, MATERIALS, lights)
 
 
-NAMES = st.sampled_from(["board", "case 0", "stand"])
-GROUPS = st.sampled_from(["sun", "spot 0", "lamp", "panel"])
+NAMES = st.sampled_from(["board", "case 0", "stand", "lantern"])
+GROUPS = st.sampled_from(["sun", "spot 0", "lamp", "panel", "lantern"])
 SHIFTS = st.tuples(*[st.floats(-0.4, 0.4)] * 3)
 EDIT = st.one_of(
     st.tuples(st.just("move"), NAMES, SHIFTS, st.floats(-3, 3)),
@@ -88,7 +92,7 @@ def apply(session: dl.Session, edit) -> None:
             assert "sun" in str(error)  # places outside that the sun's paths do not reach
     elif kind == "toggle":
         (session.add if session.poses[name] is None else session.remove)(name)
-    elif kind == "dim":
+    elif kind == "dim" and name in session.scene.groups:
         session.dim(name, values[0])
     elif kind == "paint":
         session.set_reflectance(name, (values[0], 0.5 * values[0], 0.2))
