@@ -22,7 +22,7 @@ class Frame:
     retraced_segments : number of segments traced
     removed_segments : number of segments removed
     scanned_segments, candidates : stored segments searched for affected paths, and those tested exactly
-    gathered_rays : number of gather rays that were cast
+    gathered_rays : number of gather rays that were cast, wholly or in part (a shadow ray of their chain)
     changed_rays : of an update, how many of these brought something else than before
     milliseconds : wall-clock time by stage
     done : share of the pending work that is finished, 0 to 1; the least of paths, direct light and gather

@@ -152,9 +152,10 @@ Stale StaleRays::touched(uint32_t chain, const Around& around) const {
 }
 
 Stale StaleRays::gone_chain(uint32_t chain, bool in_beam, const Around& around) const {
-  // Most chains are far from what moved: do not even look at their vertices.
-  const bool far = context_.beams.size() == 0 && context_.suns.lights().empty();
-  if (around.apart && far &&
+  // Most chains are far from what moved: do not even look at their vertices. What asks beams at its
+  // end is in_beam, which mark() tests.
+  const bool at_bends = !placed_ && context_.suns.lights().empty();
+  if (around.apart && at_bends &&
       !trace::meets_any(around.wider, around.from, hits_.chains().tip(chain)))
     return {};
   const std::span<const Vertex> vertices = hits_.chains().vertices(chain);
