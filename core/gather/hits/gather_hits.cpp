@@ -69,8 +69,11 @@ class GatherHits::Caster {
   /// without `around`, all of them. Returns whether any was.
   bool renew(size_t sample, uint32_t first, const StaleRays& stale, const StaleRays::Around* around,
              CastRays& out) const {
-    thread_local std::vector<Stale> again;
-    thread_local std::vector<uint32_t> which;
+    thread_local std::vector<Stale> again_of_thread;
+    thread_local std::vector<uint32_t> which_of_thread;
+    // Every use of a thread's own variable looks it up.
+    std::vector<Stale>& again = again_of_thread;
+    std::vector<uint32_t>& which = which_of_thread;
     const SampleRays own = rays(sample);
     again.assign(hits_.shown(sample), Stale{Stale::all});
     which.clear();

@@ -72,7 +72,9 @@ double OneLight::weigh(const trace::RayCaster& caster, const Choice& choice,
 
 OneLight::Chosen OneLight::choose(const trace::RayCaster& caster, const direct::Receiver& receiver,
                                   const Draw& draw) const {
-  thread_local std::vector<double> weight, of_group;
+  thread_local std::vector<double> weight_of_thread, group_of_thread;
+  // Every use of a thread's own variable looks it up.
+  std::vector<double>&weight = weight_of_thread, &of_group = group_of_thread;
   weight.assign(choices_.size(), 0), of_group.assign(groups_, 0);
   double all = 0;
   for (size_t k = 0; k < choices_.size(); ++k) {

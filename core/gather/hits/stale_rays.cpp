@@ -25,6 +25,16 @@ StaleRays::StaleRays(const GatherHits& hits, const Context& context, const Chang
     own_.push_back(context.cells.of_object(moved.object));
   find_changed_lights();
   if (context.beams.size() && !placed_) shade_beams();
+  const auto& moved = change.scene.objects;
+  if (std::any_of(moved.begin(), moved.end(), [](const auto& own) { return !own.now.empty(); }))
+    find_landings();
+}
+
+void StaleRays::find_landings() {
+  landing_.resize(context_.cells.size());
+  context_.cells.each_landing(context_.scene, {}, [&](uint32_t cell, const BodyCells::Ball& ball) {
+    landing_[cell] = ball;
+  });
 }
 
 void StaleRays::find_changed_lights() {
@@ -102,10 +112,7 @@ void StaleRays::mark(const SampleRays& rays, size_t sample, const Around& around
     if (moved.now.empty()) continue;
     rays.each_towards(moved.now.centre(), 0.5001f * moved.now.diagonal(), [&](uint32_t ray) {
       if (again[ray].what == Stale::all) return;
-      // Where a cell is would take as long to tell as to test the ray.
-      if (GatherHits::is_chain(targets[ray]) &&
-          !test_.touches(origin, landing(GatherHits::chain_of(targets[ray]))))
-        return;
+      if (!may_hide(moved.now, origin, targets[ray])) return;
       const Vec3f w = rays.aim(ray).w;
       if (!(w == Vec3f{}) && SlabRay(origin, w).entry(moved.now, kFar) < kFar &&
           context_.caster.closest_object(moved.object, origin, w).valid())
@@ -114,10 +121,19 @@ void StaleRays::mark(const SampleRays& rays, size_t sample, const Around& around
   }
 }
 
-Vec3f StaleRays::landing(uint32_t chain) const {
+bool StaleRays::may_hide(const Box& box, Vec3f from, uint32_t target) const {
+  if (target == kDark) return true;
+  if (!GatherHits::is_chain(target)) {
+    const BodyCells::Ball& ball = landing_[target];
+    const Box wider = box.padded(ball.radius);
+    return trace::meets_any({&wider, 1}, from, ball.centre);
+  }
   const ChainPool& chains = hits_.chains();
-  return chains.vertices(chain).front().is_of_end() ? chains.tip(chain)
-                                                    : chains.places(chain).front().point;
+  const uint32_t chain = GatherHits::chain_of(target);
+  const Vec3f first = chains.vertices(chain).front().is_of_end()
+                          ? chains.tip(chain)
+                          : chains.places(chain).front().point;
+  return trace::meets_any({&box, 1}, from, first);
 }
 
 Stale StaleRays::gone(size_t place, uint32_t target, const Around& around) const {
@@ -151,12 +167,18 @@ Stale StaleRays::touched(uint32_t chain, const Around& around) const {
   return {test_.touches(from, hits_.chains().tip(chain)) ? Stale::tail : Stale::no, bend};
 }
 
+bool StaleRays::in_shadow_of_sun(Vec3f point) const {
+  const std::span<const uint32_t> suns = context_.suns.lights();
+  return std::any_of(suns.begin(), suns.end(),
+                     [&](uint32_t sun) { return test_.shades(sun, point); });
+}
+
 Stale StaleRays::gone_chain(uint32_t chain, bool in_beam, const Around& around) const {
   // Most chains are far from what moved: do not even look at their vertices. What asks beams at its
   // end is in_beam, which mark() tests.
-  const bool at_bends = !placed_ && context_.suns.lights().empty();
-  if (around.apart && at_bends &&
-      !trace::meets_any(around.wider, around.from, hits_.chains().tip(chain)))
+  const Vec3f tip = hits_.chains().tip(chain);
+  if (around.apart && !placed_ && !trace::meets_any(around.wider, around.from, tip) &&
+      !in_shadow_of_sun(tip))
     return {};
   const std::span<const Vertex> vertices = hits_.chains().vertices(chain);
   if (vertices.front().is_of_end()) {

@@ -50,13 +50,17 @@ class StaleRays {
   /// Whether a ray that depends on beams does so by something that the change may have shaded.
   bool shaded(uint32_t target) const;
   bool touches_beams(const Box& points) const;
-  /// Where a ray that met this landed, if it is a chain.
-  Vec3f landing(uint32_t chain) const;
+  /// Finds the cells' balls, see Cells::each_landing().
+  void find_landings();
+  /// Whether a box may lie between a point and where a ray from it landed.
+  bool may_hide(const Box& box, Vec3f from, uint32_t target) const;
   /// What to do about what a ray met, if nothing new hides that.
   Stale gone(size_t place, uint32_t target, const Around& around) const;
   Stale gone_chain(uint32_t chain, bool in_beam, const Around& around) const;
   /// Of a chain that goes on behind its first hit: what the change may touch there.
   Stale touched(uint32_t chain, const Around& around) const;
+  /// Whether what moved may hide one of the suns that are asked at ends from a point, or hid it.
+  bool in_shadow_of_sun(Vec3f point) const;
   /// Whether the cell is one of an object that was moved.
   bool is_own(uint32_t cell) const;
   /// Collects the shapes of the lights that changed.
@@ -69,12 +73,13 @@ class StaleRays {
   const Change& change_;
   trace::ChangeTest test_;
   std::vector<std::pair<uint32_t, uint32_t>> own_;  // cell ranges of the changed objects
-  bool suns_;                    // whether one of the suns that are asked at hits changed
-  bool keeps_ways_;              // whether chains can ask lights again without being cast again
-  direct::Shapes changed_;       // of the lights that changed, before and after
-  bool everywhere_ = false;      // whether these may matter anywhere
-  uint64_t placed_;              // one bit per beam: its lamp changed
-  std::vector<uint8_t> shaded_;  // by cell, see shade_beams(); empty if none is
+  bool suns_;                // whether one of the suns that are asked at hits changed
+  bool keeps_ways_;          // whether chains can ask lights again without being cast again
+  direct::Shapes changed_;   // of the lights that changed, before and after
+  bool everywhere_ = false;  // whether these may matter anywhere
+  uint64_t placed_;          // one bit per beam: its lamp changed
+  std::vector<BodyCells::Ball> landing_;  // by cell; empty if nothing moved that is present
+  std::vector<uint8_t> shaded_;           // by cell, see shade_beams(); empty if none is
 };
 
 }  // namespace deltalux::gather
