@@ -31,7 +31,7 @@ Added make_chain(uint32_t i) {
       out.vertices.push_back(Vertex::tint({number(4, i + k), number(5, i + k), 1}));
     else
       out.vertices.push_back({(i + k) % 3, light, direct, number(4, i + k)});
-    out.places.push_back({{number(8, i + k), float(k), 0}, k, number(9, i + k)});
+    out.places.push_back({number(8, i + k), float(k), 0, k, number(9, i + k)});
   }
   return out;
 }
@@ -59,7 +59,7 @@ void expect_same(const ChainPool& pool, const std::map<uint32_t, Added>& chains,
     EXPECT_EQ(pool.end(own), added.end);
     EXPECT_EQ(pool.tip(own), added.tip);
     size_t k = 0;
-    pool.each_bend(own, [&](Vec3f point) { EXPECT_EQ(point, added.places[k++].point); });
+    pool.each_bend(own, [&](Vec3f point) { EXPECT_EQ(point, added.places[k++].point()); });
     EXPECT_EQ(k, added.places.size());
     ++other;
   }

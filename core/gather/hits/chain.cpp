@@ -107,7 +107,7 @@ Chain ChainTracer::resume(uint64_t key, const Draw& first, Vec3f origin, uint32_
     chain.vertex[chain.count] = vertices[chain.count];
     chain.place[chain.count] = places[chain.count];
     if (!vertices[chain.count].is_point()) continue;
-    if (points++ < bend) walk.bend = places[chain.count].point;
+    if (points++ < bend) walk.bend = places[chain.count].point();
   }
   chain.weight = chain.vertex[chain.count - 1].weight;
   if (go_on(key, first, Taken::diffuse, walk, chain)) follow(key, first, walk, chain);
@@ -144,7 +144,7 @@ bool ChainTracer::go_on(uint64_t key, const Draw& first, Taken taken, Walk& walk
     aim = sampler->draw(turn[0], turn[1], chain.in_beam);
     walk.w = aim.w;
   }
-  if (chain.count) walk.bend = chain.place[chain.count - 1].point;
+  if (chain.count) walk.bend = chain.place[chain.count - 1].point();
   // A ray that misses the point that it aims for ends here, but follows it when it moves.
   chain.tip = aim.point ? aim.point->at : walk.origin;
   ++walk.step;

@@ -55,7 +55,7 @@ class ChainPool {
   void each_bend(uint32_t number, const Visit& visit) const {
     const std::span<const Vertex> own = vertices(number);
     for (size_t k = 0; k < own.size(); ++k)
-      if (!own[k].is_of_end()) visit(places_[chains_[number].first + k].point);
+      if (!own[k].is_of_end()) visit(places_[chains_[number].first + k].point());
   }
   /// Whether a chain brings what one of these vertices, end and weight would.
   bool is(uint32_t number, std::span<const Vertex> vertices, uint32_t end, float weight) const;

@@ -150,7 +150,7 @@ class GatherHits {
     Box bends() const {
       Box out;
       for (size_t k = 0; k < vertices.size(); ++k)
-        if (!vertices[k].is_of_end()) out.grow(places[k].point);
+        if (!vertices[k].is_of_end()) out.grow(places[k].point());
       return out;
     }
     Cast asked;  ///< chains that cast rays to lights again, and how many of these brought another

@@ -84,7 +84,7 @@ void check(const Vertex& vertex, const Context& context) {
 }
 
 void check(const Place& place) {
-  if (!is_finite(place.point)) refuse(kPlaces, "found a place that is not finite");
+  if (!is_finite(place.point())) refuse(kPlaces, "found a place that is not finite");
   if (!(place.plane >= 0 && std::isfinite(place.plane)))
     refuse(kPlaces, "found a distance from a surface that is negative or not finite");
 }

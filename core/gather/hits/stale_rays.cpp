@@ -132,7 +132,7 @@ bool StaleRays::may_hide(const Box& box, Vec3f from, uint32_t target) const {
   const uint32_t chain = GatherHits::chain_of(target);
   const Vec3f first = chains.vertices(chain).front().is_of_end()
                           ? chains.tip(chain)
-                          : chains.places(chain).front().point;
+                          : chains.places(chain).front().point();
   return trace::meets_any({&box, 1}, from, first);
 }
 
@@ -154,12 +154,12 @@ bool StaleRays::is_own(uint32_t cell) const {
 Stale StaleRays::touched(uint32_t chain, const Around& around) const {
   const std::span<const Vertex> vertices = hits_.chains().vertices(chain);
   const std::span<const Place> places = hits_.chains().places(chain);
-  Vec3f from = places.front().point;
+  Vec3f from = places.front().point();
   // The first segment is the ray, which mark() tests, but for where it ends.
   if (!around.apart && test_.touches(Box{from, from})) return {Stale::all};
   uint8_t bend = 0;
   for (size_t k = 1; k < vertices.size() && !vertices[k].is_of_end(); ++k) {
-    const Vec3f to = places[k].point;
+    const Vec3f to = places[k].point();
     if (to == from) continue;  // a tint, or caustics
     if (!around.apart && test_.touches(from, to)) return {Stale::tail, bend};
     from = to, ++bend;

@@ -56,15 +56,17 @@ struct Vertex {
 
 /// Where a vertex lies, and how it faces, in 20 bytes: lamps are asked from here.
 struct Place {
-  Vec3f point;
+  // Without initial values, as those of a vertex.
+  float x, y, z;
   uint32_t normal;  ///< see decode_direction()
   float plane;      ///< Receiver::plane
   static Place of(const direct::Receiver& at) {
-    return {at.point, encode_direction(at.normal), at.plane};
+    return {at.point.x, at.point.y, at.point.z, encode_direction(at.normal), at.plane};
   }
+  Vec3f point() const { return {x, y, z}; }
   /// Random keys and the object do not matter to a single shadow ray.
   direct::Receiver receiver() const {
-    return {point, decode_direction(normal), scene::kNone, plane};
+    return {point(), decode_direction(normal), scene::kNone, plane};
   }
 };
 

@@ -16,7 +16,7 @@ void chain_chain(Lanes& lanes, const gather::ChainPool& chains, uint32_t number)
   }
   // where lights are asked again after edits, and after which the chain is traced again
   for (const gather::Place& place : chains.places(number)) {
-    lanes.chain(place.point);
+    lanes.chain(place.point());
     lanes.chain(uint64_t(place.normal) << 32 | bits(place.plane));
   }
   lanes.chain(chains.tip(number));
