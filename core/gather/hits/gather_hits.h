@@ -178,7 +178,7 @@ class GatherHits {
   ChainPool chains_;
   std::optional<Pending> pending_;
   // By block of samples: bounds of all segments of its chains but the last, past ones included.
-  // Empty before follow() needs them.
+  // Empty after rays were restored, until follow() needs them.
   std::vector<Box> near_;
 };
 
