@@ -161,7 +161,8 @@ def test_files_are_compressed_and_older_ones_are_read(tmp_path, gather):
     with dl.Session.open(path) as opened:
         assert_same(state(opened), expected)
     rewrite(path)
-    assert small < 0.5 * path.stat().st_size
+    # Where the vertices of chains lie are random numbers, which nothing makes shorter.
+    assert small < (0.5 if gather == "off" else 0.55) * path.stat().st_size
     with dl.Session.open(path) as opened:
         assert_same(state(opened), expected)
 
