@@ -24,8 +24,7 @@ enum : uint32_t {
 
 /// Adds a tint, unless it changes nothing.
 void add_tint(Vec3f factor, uint32_t flags, const direct::Receiver& at, Chain& chain) {
-  constexpr Vec3f kMax{Vertex::kMaxTint, Vertex::kMaxTint, Vertex::kMaxTint};
-  if (factor != Vec3f{1, 1, 1}) chain.add(Vertex::tint(min(factor, kMax), flags), at);
+  if (factor != Vec3f{1, 1, 1}) chain.add(Vertex::tint(factor, flags), at);
 }
 
 /// Where a chain that came from `bend` leaves a point: a function of what is stored, so that it can
@@ -99,17 +98,17 @@ Chain ChainTracer::trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w,
   return chain;
 }
 
-Chain ChainTracer::resume(uint64_t key, const Draw& first, Vec3f origin, uint32_t bend,
+Chain ChainTracer::resume(uint64_t key, const Draw& first, Vec3f origin,
                           std::span<const Place> places, std::span<const Vertex> vertices) const {
   Chain chain;
-  Walk walk{origin, {}, {}, kNoCell, origin, bend, bend};
-  for (uint32_t points = 0; points <= bend; ++chain.count) {
-    chain.vertex[chain.count] = vertices[chain.count];
-    chain.place[chain.count] = places[chain.count];
-    if (!vertices[chain.count].is_point()) continue;
-    if (points++ < bend) walk.bend = places[chain.count].point();
-  }
-  chain.weight = chain.vertex[chain.count - 1].weight;
+  Walk walk{origin, {}, {}, kNoCell, origin};
+  std::copy(vertices.begin(), vertices.end(), chain.vertex.begin());
+  std::copy(places.begin(), places.end(), chain.place.begin());
+  chain.count = uint32_t(vertices.size());
+  chain.weight = vertices.back().weight;
+  for (size_t k = 0; k + 1 < vertices.size(); ++k)
+    if (vertices[k].is_point()) walk.bend = places[k].point(), ++walk.step;
+  walk.touched = walk.step;
   if (go_on(key, first, Taken::diffuse, walk, chain)) follow(key, first, walk, chain);
   return chain;
 }

@@ -89,11 +89,11 @@ class ChainTracer {
   /// `key`: random key of the ray; `first`: random numbers for the light at that hit.
   Chain trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w, const trace::Hit& hit,
               uint32_t cell) const;
-  /// The same chain where something changed on the segment that leaves point number `bend`, or
-  /// behind it: casts that alone. Where all surfaces are diffuse and nothing depends on beams.
-  /// `origin`: of the ray; `places`, `vertices`: of the chain before.
-  Chain resume(uint64_t key, const Draw& first, Vec3f origin, uint32_t bend,
-               std::span<const Place> places, std::span<const Vertex> vertices) const;
+  /// The same chain where something changed behind one of its points alone: casts it from there.
+  /// Where all surfaces are diffuse and nothing depends on beams. `origin`: of the ray; `places`,
+  /// `vertices`: of the chain up to that point.
+  Chain resume(uint64_t key, const Draw& first, Vec3f origin, std::span<const Place> places,
+               std::span<const Vertex> vertices) const;
   /// Asks lights again at vertices of a chain whose way did not change, where all surfaces are
   /// diffuse. `key`, `first`: as for trace(); `renewal(vertex, receiver)`: why the vertex asks, if
   /// it does. Returns whether it cast rays.

@@ -84,11 +84,10 @@ void ChainPool::send(uint32_t number, const Paint& paint) {
   if (!chains_[number].count) return;  // the chain's storage is free
   out.direct = {0, 0, 0}, out.through = {1, 1, 1};
   Vec3f tint{1, 1, 1}, of_lamps{1, 1, 1};  // products of tints
-  constexpr Vec3f kMax{Vertex::kMaxTint, Vertex::kMaxTint, Vertex::kMaxTint};
-  uint32_t touched = 0;  // points before this one
+  uint32_t touched = 0;                    // points before this one
   for (const Vertex& vertex : vertices(number)) {
     if (vertex.is_tint()) {
-      of_lamps = min(surfaces::product(of_lamps, vertex.factor()), kMax);
+      of_lamps = Vertex::bounded(surfaces::product(of_lamps, vertex.factor()));
       if (!vertex.is_for_lamps_only()) tint = of_lamps;
       continue;
     }

@@ -82,7 +82,7 @@ class GatherHits::Caster {
     for (uint32_t ray = first; ray < again.size(); ++ray) {
       if (again[ray].what == Stale::all) which.push_back(ray);
       if (again[ray].what == Stale::lights) ask_again(own, sample, ray, stale, out);
-      if (again[ray].what == Stale::tail) resume(own, sample, ray, again[ray].bend, stale, out);
+      if (again[ray].what == Stale::tail) resume(own, sample, ray, again[ray].kept, stale, out);
     }
     cast(own, sample, which, out);
     return out.rays.size() + out.relit.size() > before;
@@ -109,16 +109,15 @@ class GatherHits::Caster {
     else
       out.relit.push_back(number);
   }
-  /// Casts the rest of a chain again behind one of its points.
-  void resume(const SampleRays& rays, size_t sample, uint32_t ray, uint32_t bend,
+  /// Casts the rest of a chain again behind its first `kept` vertices.
+  void resume(const SampleRays& rays, size_t sample, uint32_t ray, size_t kept,
               const StaleRays& stale, CastRays& out) const {
     const size_t place = hits_.rays_.first(sample) + ray;
     const uint32_t number = chain_of(hits_.targets_[place]);
     const Draw first = rays.beyond(ray);
-    Chain chain = chains_.resume(key(sample, ray), first, rays.origin(), bend,
-                                 hits_.chains_.places(number), hits_.chains_.vertices(number));
-    uint32_t kept = 0;  // vertices
-    for (uint32_t points = 0; points <= bend; ++kept) points += chain.vertex[kept].is_point();
+    Chain chain = chains_.resume(key(sample, ray), first, rays.origin(),
+                                 hits_.chains_.places(number).first(kept),
+                                 hits_.chains_.vertices(number).first(kept));
     chains_.ask_again(key(sample, ray), first, std::span(chain.place).first(kept),
                       std::span(chain.vertex).first(kept),
                       [&](const Vertex& vertex, const direct::Receiver& at) {
@@ -261,7 +260,6 @@ void GatherHits::cast(const Context& context, const Workers& workers, Progress& 
     });
     for (const CastRays& block : found) set(block);
   }
-  bound_chains(context, workers);
 }
 
 void Change::merge(const Change& later) {

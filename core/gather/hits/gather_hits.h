@@ -36,6 +36,8 @@ class GatherHits {
   size_t samples() const { return rays_.receivers(); }
   /// Casts all rays. Throws Cancelled; this object is then useless.
   void cast(const Context& context, const Workers& workers, Progress& progress);
+  /// Bounds what follow() reads of chains; it does so itself where that was not done.
+  void bound_chains(const Context& context, const Workers& workers);
   /// Forgets all rays: they are dark until restore_samples() brings them.
   void clear(const Guiding& guiding);
   /// Records a change for follow().
@@ -164,8 +166,6 @@ class GatherHits {
   uint32_t shown(size_t sample) const { return rays_of(sample, parts_[sample]); }
   /// Stores results. Returns how many there are, and differ from what was stored.
   Cast set(const CastRays& found);
-  /// Brings `near_` up to date.
-  void bound_chains(const Context& context, const Workers& workers);
 
   RayCounts rays_;
   uint64_t seed_;
@@ -178,7 +178,7 @@ class GatherHits {
   ChainPool chains_;
   std::optional<Pending> pending_;
   // By block of samples: bounds of all segments of its chains but the last, past ones included.
-  // Empty after rays were restored, until follow() needs them.
+  // Empty before bound_chains().
   std::vector<Box> near_;
 };
 

@@ -137,15 +137,12 @@ void GatherHits::save(ArchiveView& archive) const {
   archive.append(kChains, std::span<const Record>{});
   archive.append(kVertices, std::span<const Vertex>{});
   archive.append(kPlaces, std::span<const Place>{});
-  size_t chains = 0;
   for (size_t first = 0; first < targets_.size(); first += kPerStep) {
     const std::span block =
         std::span(targets_).subspan(first, std::min(kPerStep, targets_.size() - first));
-    archive.make<uint32_t>(kTargets, block.size(), [block, chains] {
+    archive.make<uint32_t>(kTargets, block.size(), [block] {
       std::vector<uint32_t> out(block.begin(), block.end());
-      uint32_t next = kChain + uint32_t(chains);
-      for (uint32_t& target : out)
-        if (is_chain(target)) target = next++;
+      std::replace_if(out.begin(), out.end(), is_chain, kChain);
       return out;
     });
     size_t own = 0, vertices = 0;
@@ -171,7 +168,6 @@ void GatherHits::save(ArchiveView& archive) const {
     };
     archive.make<Vertex>(kVertices, vertices, [all_of] { return all_of(&ChainPool::vertices); });
     archive.make<Place>(kPlaces, vertices, [all_of] { return all_of(&ChainPool::places); });
-    chains += own;
   }
 }
 
@@ -202,7 +198,6 @@ void GatherHits::restore_samples(size_t first_sample, size_t last_sample, Archiv
   Entries<Place> places(archive, kPlaces);
   if (places.left() != vertices.left()) refuse(kPlaces, "is not as long as the vertices");
   const uint32_t cells = context.cells.size();
-  const size_t before = chains_.size();
   std::array<Vertex, kMaxVertices> own;
   std::array<Place, kMaxVertices> own_places;
   for (size_t ray = 0; ray < count; ++ray) {
@@ -215,8 +210,7 @@ void GatherHits::restore_samples(size_t first_sample, size_t last_sample, Archiv
       if (target != kDark && target >= cells) refuse(kTargets, "found a cell that is not there");
       continue;
     }
-    if (before + chain_of(target) != chains_.size() || !records.left())
-      refuse(kTargets, "found chains that are not in order");
+    if (target != kChain || !records.left()) refuse(kTargets, "found chains that are not in order");
     const Record record = records.next();
     check(record, cells);
     if (record.count > vertices.left()) refuse(kVertices, "is too short");

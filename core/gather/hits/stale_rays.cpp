@@ -24,17 +24,12 @@ StaleRays::StaleRays(const GatherHits& hits, const Context& context, const Chang
   for (const trace::MovedObject& moved : change.scene.objects)
     own_.push_back(context.cells.of_object(moved.object));
   find_changed_lights();
-  if (context.beams.size() && !placed_) shade_beams();
-  const auto& moved = change.scene.objects;
-  if (std::any_of(moved.begin(), moved.end(), [](const auto& own) { return !own.now.empty(); }))
-    find_landings();
-}
-
-void StaleRays::find_landings() {
-  landing_.resize(context_.cells.size());
-  context_.cells.each_landing(context_.scene, {}, [&](uint32_t cell, const BodyCells::Ball& ball) {
+  if (change.scene.objects.empty()) return;
+  landing_.resize(context.cells.size());
+  context.cells.each_landing(context.scene, {}, [&](uint32_t cell, const BodyCells::Ball& ball) {
     landing_[cell] = ball;
   });
+  if (context.beams.size() && !placed_) shade_beams();
 }
 
 void StaleRays::find_changed_lights() {
@@ -60,12 +55,12 @@ bool StaleRays::lit_by_changed(const Box& points) const {
 }
 
 void StaleRays::shade_beams() {
-  shaded_.resize(context_.cells.size());
-  context_.cells.each_landing(context_.scene, {}, [&](uint32_t cell, const BodyCells::Ball& ball) {
-    if (!context_.beams.reach(cell)) return;
-    const Box point{ball.centre, ball.centre};
-    shaded_[cell] = touches_beams(point.padded(ball.radius));
-  });
+  shaded_.resize(landing_.size());
+  for (uint32_t cell = 0; cell < landing_.size(); ++cell) {
+    if (!context_.beams.reach(cell)) continue;
+    const Vec3f centre = landing_[cell].centre;
+    shaded_[cell] = touches_beams(Box{centre, centre}.padded(landing_[cell].radius));
+  }
 }
 
 bool StaleRays::touches_beams(const Box& points) const {
@@ -76,6 +71,7 @@ bool StaleRays::touches_beams(const Box& points) const {
 
 bool StaleRays::shaded(uint32_t target) const {
   if (placed_) return true;
+  if (shaded_.empty()) return false;
   if (!GatherHits::is_chain(target)) return shaded_[target];
   const uint32_t chain = GatherHits::chain_of(target);
   const Vec3f tip = hits_.chains().tip(chain);
@@ -157,14 +153,13 @@ Stale StaleRays::touched(uint32_t chain, const Around& around) const {
   Vec3f from = places.front().point();
   // The first segment is the ray, which mark() tests, but for where it ends.
   if (!around.apart && test_.touches(Box{from, from})) return {Stale::all};
-  uint8_t bend = 0;
-  for (size_t k = 1; k < vertices.size() && !vertices[k].is_of_end(); ++k) {
+  uint8_t k = 1;
+  for (; k < vertices.size() && !vertices[k].is_of_end(); ++k) {
     const Vec3f to = places[k].point();
-    if (to == from) continue;  // a tint, or caustics
-    if (!around.apart && test_.touches(from, to)) return {Stale::tail, bend};
-    from = to, ++bend;
+    if (!around.apart && !(to == from) && test_.touches(from, to)) return {Stale::tail, k};
+    from = to;
   }
-  return {test_.touches(from, hits_.chains().tip(chain)) ? Stale::tail : Stale::no, bend};
+  return {test_.touches(from, hits_.chains().tip(chain)) ? Stale::tail : Stale::no, k};
 }
 
 bool StaleRays::in_shadow_of_sun(Vec3f point) const {

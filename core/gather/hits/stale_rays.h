@@ -15,10 +15,10 @@ struct Stale {
   enum What : uint8_t {
     no,      ///< nothing
     lights,  ///< its chain asks lights again
-    tail,    ///< the same, and it is cast again behind point number `bend`
+    tail,    ///< the same at its first vertices, and it is cast again behind them
     all      ///< it is cast again
   } what = no;
-  uint8_t bend = 0;
+  uint8_t kept = 0;  ///< the number of these vertices
 };
 
 /// What the constructor takes must outlive it.
@@ -50,8 +50,6 @@ class StaleRays {
   /// Whether a ray that depends on beams does so by something that the change may have shaded.
   bool shaded(uint32_t target) const;
   bool touches_beams(const Box& points) const;
-  /// Finds the cells' balls, see Cells::each_landing().
-  void find_landings();
   /// Whether a box may lie between a point and where a ray from it landed.
   bool may_hide(const Box& box, Vec3f from, uint32_t target) const;
   /// What to do about what a ray met, if nothing new hides that.
@@ -78,8 +76,9 @@ class StaleRays {
   direct::Shapes changed_;   // of the lights that changed, before and after
   bool everywhere_ = false;  // whether these may matter anywhere
   uint64_t placed_;          // one bit per beam: its lamp changed
-  std::vector<BodyCells::Ball> landing_;  // by cell; empty if nothing moved that is present
-  std::vector<uint8_t> shaded_;           // by cell, see shade_beams(); empty if none is
+  std::vector<BodyCells::Ball>
+      landing_;                  // by cell, see Cells::each_landing(); empty if nothing moved
+  std::vector<uint8_t> shaded_;  // by cell, see shade_beams(); empty if none is
 };
 
 }  // namespace deltalux::gather

@@ -38,8 +38,10 @@ struct Vertex {
 
   /// A tint; in it, the other fields hold factors.
   static Vertex tint(Vec3f factor, uint32_t flags = 0) {
+    factor = bounded(factor);
     return {kTint | flags, std::bit_cast<uint32_t>(factor.x), factor.y, factor.z};
   }
+  static Vec3f bounded(Vec3f tint) { return min(tint, Vec3f{kMaxTint, kMaxTint, kMaxTint}); }
   Vec3f factor() const { return {std::bit_cast<float>(light), direct, weight}; }
 
   bool is_of_end() const { return material & kEnd; }

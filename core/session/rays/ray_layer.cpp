@@ -94,7 +94,10 @@ gather::GatherHits RayLayer::uncast(std::span<const gather::SeenTargets> seen) {
   return out;
 }
 
-void RayLayer::cast(Progress& progress) { hits.cast(context(), world.workers, progress); }
+void RayLayer::cast(Progress& progress) {
+  hits.cast(context(), world.workers, progress);
+  hits.bound_chains(context(), world.workers);  // now, and not in the first update
+}
 
 gather::GatherHits RayLayer::hits_of(std::span<const direct::Receiver> receivers,
                                      const gather::Guiding& by, const gather::RayCounts& rays,
