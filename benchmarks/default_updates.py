@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Updates by default options, against the bake: what moving each movable of a scene costs.
 
-    PYTHONPATH=python:benchmarks python benchmarks/default_updates.py office expo
+    PYTHONPATH=python:benchmarks python benchmarks/default_updates.py office expo gallery study
     PYTHONPATH=python:benchmarks python benchmarks/default_updates.py room.glb --movable chair
 
 Each movable is moved along +X by a hundredth of the scene's diagonal and back (the other way, if it would
@@ -23,6 +23,7 @@ from typing import Any
 
 import deltalux as dl
 import numpy as np
+from edited_rooms import EDITED
 from peers.pictured_rooms import named_scene
 
 OUT = Path(__file__).resolve().parent / "out" / "default_updates.json"
@@ -57,7 +58,7 @@ def moves(session: dl.Session, name: str) -> list[dict[str, float]]:
 
 def measured(source: str, movable: list[str]) -> dict[str, Any]:
     """Bake, updates and recompute of one scene."""
-    scene = named_scene(source)
+    scene = EDITED[source]() if source in EDITED else named_scene(source)
     if movable:
         scene = dl.scene.make_movable(scene, movable)
     with dl.Session(scene, dl.Samples.on_vertices(scene)) as session:
