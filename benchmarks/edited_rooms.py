@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rooms to time edits in: a gallery in the light of two wide spots, a study in the sun; in lux."""
+"""Rooms to time edits in: a gallery in the light of spots, a study in the sun; in lux."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def _materials() -> list[Material]:
 
 
 def gallery() -> Scene:
-    """10 x 3.5 x 7 m: two wide spots cross at the exhibit, a dim lamp fills."""
+    """10 x 3.5 x 7 m: four spots, the exhibit in the light of one and beside those of others; a dim lamp."""
     meshes = [room(10, 3.5, 7, ["floor", "white", "white", "white", "white", "white"]).mesh("shell")]
     meshes.append(
         merge([box(0.5, 0.9, 0.5, "white"), cylinder(0.16, 0.7, 24, "stone").moved(0, 0.9 + GAP)]).mesh(
@@ -34,10 +34,13 @@ def gallery() -> Scene:
         meshes.append(cylinder(0.14, 0.45, 20, "stone").moved(x, 1.0 + 2 * GAP, z).mesh(f"vase_{i}"))
     meshes.append(box(1.6, 0.42, 0.5, "wood").moved(1.4, GAP, 2.3).mesh("bench"))
     meshes.append(box(3.0, 2.4, 0.12, "white").moved(2.8, GAP, -2.0).mesh("partition"))
-    wide = {"inner_angle": np.radians(30), "outer_angle": np.radians(42)}
+    narrow = {"inner_angle": np.radians(14), "outer_angle": np.radians(20)}
+    wide = {"inner_angle": np.radians(24), "outer_angle": np.radians(32)}
     lights = [
-        SpotLight("left", (-2.6, 3.4, 0.6), (0.72, -0.68, -0.2), (2400, 2250, 2000), **wide),
-        SpotLight("right", (2.9, 3.4, 1.0), (-0.7, -0.68, -0.35), (2200, 2200, 2150), **wide),
+        SpotLight("at_vase_0", (-1.8, 3.4, -1.1), (-0.5, -0.8, -0.3), (2600, 2450, 2200), **narrow),
+        SpotLight("at_vase_1", (-1.2, 3.4, 1.2), (-0.42, -0.8, 0.28), (2600, 2450, 2200), **narrow),
+        SpotLight("at_exhibit", (1.6, 3.4, 0.7), (-0.45, -0.8, -0.38), (2400, 2250, 2000), **wide),
+        SpotLight("at_wall", (0.2, 3.4, -1.6), (-0.1, -0.75, -0.66), (2200, 2200, 2150), **wide),
         PointLight("fill", (0.0, 3.2, 3.0), (60, 58, 52)),
     ]
     view = look_at("main", (-4.2, 1.7, 3.0), (0.8, 1.0, -0.8), 62)

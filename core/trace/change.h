@@ -62,12 +62,12 @@ class ChangeTest {
   /// Whether the direct light at these points of this light may differ: the light, or its shadows.
   bool touches_light(uint32_t light, const Box& points) const;
   bool touches_light(uint32_t light, Vec3f point) const;
-
- private:
+  /// What the boxes may hide, or hid, of this light.
   std::span<const ShadowVolume> shadows_of(uint32_t light) const {
     return std::span(shadows_).subspan(light * boxes_.size(), boxes_.size());
   }
 
+ private:
   const Change& change_;
   std::vector<Box> boxes_;             // that something moved out of or into
   std::vector<ShadowVolume> shadows_;  // by light and box

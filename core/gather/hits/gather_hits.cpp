@@ -69,17 +69,21 @@ class GatherHits::Caster {
   /// without `around`, all of them. Returns whether any was.
   bool renew(size_t sample, uint32_t first, const StaleRays& stale, const StaleRays::Around* around,
              CastRays& out) const {
-    thread_local std::vector<Stale> again_of_thread;
-    thread_local std::vector<uint32_t> which_of_thread;
+    struct Memory {
+      std::vector<Stale> again;
+      std::vector<uint32_t> which;
+      StaleRays::Scratch scratch;
+    };
+    thread_local Memory of_thread;
     // Every use of a thread's own variable looks it up.
-    std::vector<Stale>& again = again_of_thread;
-    std::vector<uint32_t>& which = which_of_thread;
+    auto& [again, which, scratch] = of_thread;
     const SampleRays own = rays(sample);
     again.assign(hits_.shown(sample), Stale{Stale::all});
     which.clear();
-    if (around) stale.mark(own, sample, *around, again);
+    if (around) stale.mark(own, sample, *around, scratch, again);
     const size_t before = out.rays.size() + out.relit.size();
     for (uint32_t ray = first; ray < again.size(); ++ray) {
+      if (again[ray].what == Stale::no) continue;
       if (again[ray].what == Stale::all) which.push_back(ray);
       if (again[ray].what == Stale::lights) ask_again(own, sample, ray, stale, out);
       if (again[ray].what == Stale::tail) resume(own, sample, ray, again[ray].kept, stale, out);

@@ -24,12 +24,13 @@ StaleRays::StaleRays(const GatherHits& hits, const Context& context, const Chang
   for (const trace::MovedObject& moved : change.scene.objects)
     own_.push_back(context.cells.of_object(moved.object));
   find_changed_lights();
-  if (change.scene.objects.empty()) return;
-  landing_.resize(context.cells.size());
-  context.cells.each_landing(context.scene, {}, [&](uint32_t cell, const BodyCells::Ball& ball) {
-    landing_[cell] = ball;
-  });
-  if (context.beams.size() && !placed_) shade_beams();
+  if (!change.scene.objects.empty()) {
+    landing_.resize(context.cells.size());
+    context.cells.each_landing(context.scene, {}, [&](uint32_t cell, const BodyCells::Ball& ball) {
+      landing_[cell] = ball;
+    });
+  }
+  judge_cells();
 }
 
 void StaleRays::find_changed_lights() {
@@ -54,12 +55,19 @@ bool StaleRays::lit_by_changed(const Box& points) const {
                                     [&](const auto& shape) { return shape->may_light(points); });
 }
 
-void StaleRays::shade_beams() {
-  shaded_.resize(landing_.size());
-  for (uint32_t cell = 0; cell < landing_.size(); ++cell) {
-    if (!context_.beams.reach(cell)) continue;
-    const Vec3f centre = landing_[cell].centre;
-    shaded_[cell] = touches_beams(Box{centre, centre}.padded(landing_[cell].radius));
+void StaleRays::judge_cells() {
+  met_.resize(context_.cells.size() + 1, none);
+  for (uint32_t cell = 0; cell + 1 < met_.size(); ++cell) {
+    const uint64_t reach = context_.beams.reach(cell);
+    // Where a sun shines is not known of a cell.
+    if (suns_ || is_own(cell) || reach & placed_) {
+      met_[cell] = all;
+    } else if (placed_) {
+      met_[cell] = in_beams;
+    } else if (reach && !landing_.empty()) {
+      const Vec3f centre = landing_[cell].centre;
+      if (touches_beams(Box{centre, centre}.padded(landing_[cell].radius))) met_[cell] = in_beams;
+    }
   }
 }
 
@@ -69,13 +77,7 @@ bool StaleRays::touches_beams(const Box& points) const {
   return false;
 }
 
-bool StaleRays::shaded(uint32_t target) const {
-  if (placed_) return true;
-  if (shaded_.empty()) return false;
-  if (!GatherHits::is_chain(target)) return shaded_[target];
-  const uint32_t chain = GatherHits::chain_of(target);
-  const Vec3f tip = hits_.chains().tip(chain);
-  if (touches_beams({tip, tip})) return true;
+bool StaleRays::bends_shaded(uint32_t chain) const {
   Box bends;
   hits_.chains().each_bend(chain, [&](Vec3f p) { bends.grow(p); });
   return !bends.empty() && touches_beams(bends);
@@ -92,53 +94,102 @@ StaleRays::Around StaleRays::around(const Box& chains) const {
   return out;
 }
 
-void StaleRays::mark(const SampleRays& rays, size_t sample, const Around& around,
+void StaleRays::mark(const SampleRays& rays, size_t sample, const Around& around, Scratch& scratch,
                      std::vector<Stale>& again) const {
   const std::span<const uint32_t> targets = hits_.targets(sample);
   const size_t first = hits_.rays().first(sample);
-  const Vec3f origin = rays.origin();
-  for (size_t ray = 0; ray < targets.size(); ++ray) {
-    again[ray] = gone(first + ray, targets[ray], around);
-    if (again[ray].what != Stale::all && hits_.in_beam(first + ray) && shaded(targets[ray]))
-      again[ray].what = Stale::all;
+  scratch.chained.resize(targets.size());
+  uint32_t* const chained = scratch.chained.data();
+  size_t chains = 0;
+  const size_t nowhere = met_.size() - 1;
+  for (uint32_t ray = 0; ray < targets.size(); ++ray) {
+    // No predictor could guess which rays have chains.
+    const uint32_t target = targets[ray];
+    chained[chains] = ray, chains += GatherHits::is_chain(target);
+    const Met met = met_[std::min(size_t(target), nowhere)];
+    const bool stale = met == all || (met == in_beams && hits_.in_beam(first + ray));
+    again[ray] = {stale ? Stale::all : Stale::no};
   }
+  scratch.chained.resize(chains);
+  mark_chains(sample, around, scratch, again);
   if (!change_.points.empty())
     rays.each_moved(change_.points, [&](uint32_t ray) { again[ray].what = Stale::all; });
-  for (const trace::MovedObject& moved : change_.scene.objects) {
-    if (moved.now.empty()) continue;
-    rays.each_towards(moved.now.centre(), 0.5001f * moved.now.diagonal(), [&](uint32_t ray) {
-      if (again[ray].what == Stale::all) return;
-      if (!may_hide(moved.now, origin, targets[ray])) return;
-      const Vec3f w = rays.aim(ray).w;
-      if (!(w == Vec3f{}) && SlabRay(origin, w).entry(moved.now, kFar) < kFar &&
-          context_.caster.closest_object(moved.object, origin, w).valid())
+  for (const trace::MovedObject& moved : change_.scene.objects)
+    if (!moved.now.empty()) mark_passing(rays, sample, moved, around.apart, scratch, again);
+}
+
+void StaleRays::mark_chains(size_t sample, const Around& around, Scratch& scratch,
+                            std::vector<Stale>& again) const {
+  const std::span<const uint32_t> targets = hits_.targets(sample);
+  const size_t first = hits_.rays().first(sample);
+  trace::Ways& tips = scratch.tips;
+  tips.clear();
+  for (const uint32_t ray : scratch.chained)
+    tips.add(hits_.chains().tip(GatherHits::chain_of(targets[ray])));
+  if (placed_ || suns_) {
+    for (const uint32_t ray : scratch.chained) {
+      const bool in_beam = suns_ || hits_.in_beam(first + ray);
+      again[ray] =
+          in_beam ? Stale{Stale::all} : gone(GatherHits::chain_of(targets[ray]), false, around);
+    }
+    return;
+  }
+  const auto mark_shadows = [&](uint32_t light) {
+    for (const trace::ShadowVolume& shadow : test_.shadows_of(light)) tips.mark_within(shadow);
+  };
+  if (context_.beams.size() && !landing_.empty()) {
+    tips.unmark();
+    for (size_t b = 0; b < context_.beams.size(); ++b)
+      mark_shadows(context_.beams[b].guide().light);
+    for (size_t i = 0; i < tips.size(); ++i) {
+      const uint32_t ray = scratch.chained[i];
+      if (!hits_.in_beam(first + ray)) continue;
+      if (tips.marked(i) || (!around.apart && bends_shaded(GatherHits::chain_of(targets[ray]))))
         again[ray].what = Stale::all;
-    });
+    }
+  }
+  // Most chains are far from what moved: do not even look at their vertices.
+  tips.unmark();
+  tips.mark_meeting(around.wider, around.from);
+  for (const uint32_t sun : context_.suns.lights()) mark_shadows(sun);
+  for (size_t i = 0; i < tips.size(); ++i) {
+    const uint32_t ray = scratch.chained[i];
+    if ((tips.marked(i) || !around.apart) && again[ray].what != Stale::all)
+      again[ray] = gone(GatherHits::chain_of(targets[ray]), hits_.in_beam(first + ray), around);
   }
 }
 
-bool StaleRays::may_hide(const Box& box, Vec3f from, uint32_t target) const {
-  if (target == kDark) return true;
-  if (!GatherHits::is_chain(target)) {
-    const BodyCells::Ball& ball = landing_[target];
-    const Box wider = box.padded(ball.radius);
-    return trace::meets_any({&wider, 1}, from, ball.centre);
-  }
+void StaleRays::mark_passing(const SampleRays& rays, size_t sample, const trace::MovedObject& moved,
+                             bool apart, Scratch& scratch, std::vector<Stale>& again) const {
   const ChainPool& chains = hits_.chains();
-  const uint32_t chain = GatherHits::chain_of(target);
-  const Vec3f first = chains.vertices(chain).front().is_of_end()
-                          ? chains.tip(chain)
-                          : chains.places(chain).front().point();
-  return trace::meets_any({&box, 1}, from, first);
-}
-
-Stale StaleRays::gone(size_t place, uint32_t target, const Around& around) const {
-  if (target == kDark) return {};
-  // Where a sun shines is not known of a cell.
-  if (suns_) return {Stale::all};
-  if (GatherHits::is_chain(target))
-    return gone_chain(GatherHits::chain_of(target), hits_.in_beam(place), around);
-  return {is_own(target) || context_.beams.reach(target) & placed_ ? Stale::all : Stale::no};
+  const std::span<const uint32_t> targets = hits_.targets(sample);
+  const Vec3f origin = rays.origin(), centre = moved.now.centre();
+  trace::Ways& landings = scratch.landings;
+  landings.clear(), scratch.passing.clear();
+  rays.each_towards(centre, 0.5001f * moved.now.diagonal(), [&](uint32_t ray) {
+    if (again[ray].what == Stale::all) return;
+    scratch.passing.push_back(ray);
+    const uint32_t target = targets[ray];
+    if (target == kDark) {
+      landings.add(centre);  // It may pass all of the object.
+    } else if (GatherHits::is_chain(target)) {
+      // Nothing hides what is apart from the change; and a chain of one segment lands at its tip.
+      const uint32_t chain = GatherHits::chain_of(target);
+      landings.add(apart ? chains.tip(chain) : chains.places(chain).front().point());
+    } else {
+      landings.add(landing_[target].centre, landing_[target].radius);
+    }
+  });
+  landings.unmark();
+  landings.mark_meeting({&moved.now, 1}, origin);
+  for (size_t i = 0; i < landings.size(); ++i) {
+    if (!landings.marked(i)) continue;
+    const uint32_t ray = scratch.passing[i];
+    const Vec3f w = rays.aim(ray).w;
+    if (!(w == Vec3f{}) && SlabRay(origin, w).entry(moved.now, kFar) < kFar &&
+        context_.caster.closest_object(moved.object, origin, w).valid())
+      again[ray].what = Stale::all;
+  }
 }
 
 bool StaleRays::is_own(uint32_t cell) const {
@@ -162,19 +213,7 @@ Stale StaleRays::touched(uint32_t chain, const Around& around) const {
   return {test_.touches(from, hits_.chains().tip(chain)) ? Stale::tail : Stale::no, k};
 }
 
-bool StaleRays::in_shadow_of_sun(Vec3f point) const {
-  const std::span<const uint32_t> suns = context_.suns.lights();
-  return std::any_of(suns.begin(), suns.end(),
-                     [&](uint32_t sun) { return test_.shades(sun, point); });
-}
-
-Stale StaleRays::gone_chain(uint32_t chain, bool in_beam, const Around& around) const {
-  // Most chains are far from what moved: do not even look at their vertices. What asks beams at its
-  // end is in_beam, which mark() tests.
-  const Vec3f tip = hits_.chains().tip(chain);
-  if (around.apart && !placed_ && !trace::meets_any(around.wider, around.from, tip) &&
-      !in_shadow_of_sun(tip))
-    return {};
+Stale StaleRays::gone(uint32_t chain, bool in_beam, const Around& around) const {
   const std::span<const Vertex> vertices = hits_.chains().vertices(chain);
   if (vertices.front().is_of_end()) {
     const uint32_t end = hits_.chains().end(chain);

@@ -7,6 +7,7 @@
 
 #include "gather/hits/gather_hits.h"
 #include "trace/change.h"
+#include "trace/ways.h"
 
 namespace deltalux::gather {
 
@@ -37,28 +38,35 @@ class StaleRays {
   };
   Around around(const Box& chains) const;
 
+  /// Memory of mark(), which a thread uses again for its next sample.
+  struct Scratch {
+    std::vector<uint32_t> chained, passing;  ///< rays: with a chain; that may pass what moved
+    trace::Ways tips, landings;              ///< where the chains end, and where those rays land
+  };
   /// Sets again[ray] to what to do about what the ray met. `around`: of the sample's chains, or of
   /// more.
-  void mark(const SampleRays& rays, size_t sample, const Around& around,
+  void mark(const SampleRays& rays, size_t sample, const Around& around, Scratch& scratch,
             std::vector<Stale>& again) const;
   /// Why a vertex of a chain asks again that is not cast again there.
   Renewal renewal(const Vertex& vertex, const direct::Receiver& at) const;
 
  private:
-  /// Finds the cells from which the change may hide a beam's lamp, or hid it before.
-  void shade_beams();
-  /// Whether a ray that depends on beams does so by something that the change may have shaded.
-  bool shaded(uint32_t target) const;
+  /// Finds what to do about rays that meet a cell.
+  void judge_cells();
+  /// Does what mark() does, for the rays with a chain; but for what hides its first hit now.
+  void mark_chains(size_t sample, const Around& around, Scratch& scratch,
+                   std::vector<Stale>& again) const;
+  /// Marks all rays that meet a moved object now. `apart`: see Around.
+  void mark_passing(const SampleRays& rays, size_t sample, const trace::MovedObject& moved,
+                    bool apart, Scratch& scratch, std::vector<Stale>& again) const;
+  /// Whether the change may have shaded a point between a chain's segments from a beam.
+  bool bends_shaded(uint32_t chain) const;
   bool touches_beams(const Box& points) const;
-  /// Whether a box may lie between a point and where a ray from it landed.
-  bool may_hide(const Box& box, Vec3f from, uint32_t target) const;
-  /// What to do about what a ray met, if nothing new hides that.
-  Stale gone(size_t place, uint32_t target, const Around& around) const;
-  Stale gone_chain(uint32_t chain, bool in_beam, const Around& around) const;
+  /// What to do about a chain, if nothing new hides its first hit, and if beams still shine where
+  /// it depends on them.
+  Stale gone(uint32_t chain, bool in_beam, const Around& around) const;
   /// Of a chain that goes on behind its first hit: what the change may touch there.
   Stale touched(uint32_t chain, const Around& around) const;
-  /// Whether what moved may hide one of the suns that are asked at ends from a point, or hid it.
-  bool in_shadow_of_sun(Vec3f point) const;
   /// Whether the cell is one of an object that was moved.
   bool is_own(uint32_t cell) const;
   /// Collects the shapes of the lights that changed.
@@ -77,8 +85,10 @@ class StaleRays {
   bool everywhere_ = false;  // whether these may matter anywhere
   uint64_t placed_;          // one bit per beam: its lamp changed
   std::vector<BodyCells::Ball>
-      landing_;                  // by cell, see Cells::each_landing(); empty if nothing moved
-  std::vector<uint8_t> shaded_;  // by cell, see shade_beams(); empty if none is
+      landing_;  // by cell, see Cells::each_landing(); empty if nothing moved
+  /// Which rays that meet a cell are cast again.
+  enum Met : uint8_t { none, in_beams, all };
+  std::vector<Met> met_;  // by cell, and for what is none
 };
 
 }  // namespace deltalux::gather
