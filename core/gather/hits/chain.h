@@ -75,10 +75,6 @@ struct Chain {
   }
 };
 
-/// Why a vertex asks lights again: others may be chosen now, or what it asked may be hidden by
-/// something else, or send other light.
-enum class Renewal : uint8_t { none, chances, light };
-
 /// Traces chains through the present scene.
 class ChainTracer {
  public:
@@ -107,9 +103,9 @@ class ChainTracer {
       if (vertex.is_tint()) continue;
       const direct::Receiver at = places[k].receiver();
       if (const Renewal why = renewal(vertex, at); why != Renewal::none) {
-        const OneLight::Answer now = asked_by(vertex).ask_again(
-            context_.caster, at, light_draw(key, step, first), {vertex.light, vertex.direct},
-            why == Renewal::chances, casts);
+        const OneLight::Answer now =
+            asked_by(vertex).ask_again(context_.caster, at, light_draw(key, step, first),
+                                       {vertex.light, vertex.direct}, why, casts);
         vertex.light = now.light, vertex.direct = now.direct;
       }
       step += vertex.is_point();

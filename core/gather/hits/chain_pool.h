@@ -57,6 +57,16 @@ class ChainPool {
     for (size_t k = 0; k < own.size(); ++k)
       if (!own[k].is_of_end()) visit(places_[chains_[number].first + k].point());
   }
+  /// Fetches what prefetch_vertices() reads, so that it needs not wait for memory; and what readers
+  /// of the vertices do.
+  void prefetch(uint32_t number) const {
+    __builtin_prefetch(&chains_[number]);
+    __builtin_prefetch(&sent_[number].end);
+  }
+  void prefetch_vertices(uint32_t number) const {
+    __builtin_prefetch(&vertices_[chains_[number].first]);
+    __builtin_prefetch(&places_[chains_[number].first]);
+  }
   /// Whether a chain brings what one of these vertices, end and weight would.
   bool is(uint32_t number, std::span<const Vertex> vertices, uint32_t end, float weight) const;
   uint32_t end(uint32_t number) const { return sent_[number].end; }

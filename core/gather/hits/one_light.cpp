@@ -130,10 +130,17 @@ OneLight::Answer OneLight::ask(const trace::RayCaster& caster, const direct::Rec
 
 OneLight::Answer OneLight::ask_again(const trace::RayCaster& caster,
                                      const direct::Receiver& receiver, const Draw& draw,
-                                     const Answer& before, bool holds, bool& casts) const {
+                                     const Answer& before, Renewal why, bool& casts) const {
+  if (why == Renewal::shadow) {  // The same light is chosen with the same probability.
+    casts = true;
+    const direct::LightShape::Glance ray = glance(before.light, receiver, draw);
+    if (!(ray.irradiance > 0) || caster.occluded(ray.origin, ray.direction, ray.to))
+      return {before.light, 0};
+    if (before.direct > 0) return before;
+  }
   const Chosen chosen = choose(caster, receiver, draw);
   if (chosen.light == scene::kNone) return {};
-  if (chosen.light != before.light || !holds) {
+  if (chosen.light != before.light || why != Renewal::chances) {
     casts = true;
     return ask(caster, receiver, draw, chosen);
   }

@@ -14,6 +14,10 @@ namespace deltalux::gather {
 /// Two random numbers in [0, 1).
 using Draw = std::array<float, 2>;
 
+/// Why lights are asked again: something else may hide the one that was asked; or others may be
+/// chosen now; or the one that was asked sends other light.
+enum class Renewal : uint8_t { none, shadow, chances, light };
+
 class OneLight {
  public:
   /// A group of more lights than this has a tree of them, whose choices depend on all of them.
@@ -35,12 +39,10 @@ class OneLight {
   /// point of the light stands for it depends on the draw alone, not on the other lights.
   Answer ask(const trace::RayCaster& caster, const direct::Receiver& receiver,
              const Draw& draw) const;
-  /// The same, where only lights and shadows changed since `before` was the answer. `holds`: the
-  /// light of that answer sends the same light, through as much or as little. Casts a ray if that
-  /// is not so, or if the light chosen is another one, and sets `casts` then. Not where surfaces
-  /// let light pass.
+  /// The same, where only what `why` says changed since `before` was the answer; sets `casts` if it
+  /// cast rays. Not where surfaces let light pass.
   Answer ask_again(const trace::RayCaster& caster, const direct::Receiver& receiver,
-                   const Draw& draw, const Answer& before, bool holds, bool& casts) const;
+                   const Draw& draw, const Answer& before, Renewal why, bool& casts) const;
 
  private:
   /// One light, or the tree of a group's many.

@@ -111,34 +111,29 @@ void StaleRays::mark(const SampleRays& rays, size_t sample, const Around& around
     again[ray] = {stale ? Stale::all : Stale::no};
   }
   scratch.chained.resize(chains);
-  mark_chains(sample, around, scratch, again);
+  mark_chains(rays, sample, around, scratch, again);
   if (!change_.points.empty())
     rays.each_moved(change_.points, [&](uint32_t ray) { again[ray].what = Stale::all; });
   for (const trace::MovedObject& moved : change_.scene.objects)
-    if (!moved.now.empty()) mark_passing(rays, sample, moved, around.apart, scratch, again);
+    if (!moved.now.empty()) mark_hidden(rays, sample, moved, scratch, again);
 }
 
-void StaleRays::mark_chains(size_t sample, const Around& around, Scratch& scratch,
-                            std::vector<Stale>& again) const {
+void StaleRays::mark_chains(const SampleRays& rays, size_t sample, const Around& around,
+                            Scratch& scratch, std::vector<Stale>& again) const {
   const std::span<const uint32_t> targets = hits_.targets(sample);
   const size_t first = hits_.rays().first(sample);
   trace::Ways& tips = scratch.tips;
-  tips.clear();
+  tips.clear(scratch.chained.size());
   for (const uint32_t ray : scratch.chained)
     tips.add(hits_.chains().tip(GatherHits::chain_of(targets[ray])));
-  if (placed_ || suns_) {
-    for (const uint32_t ray : scratch.chained) {
-      const bool in_beam = suns_ || hits_.in_beam(first + ray);
-      again[ray] =
-          in_beam ? Stale{Stale::all} : gone(GatherHits::chain_of(targets[ray]), false, around);
-    }
-    return;
-  }
   const auto mark_shadows = [&](uint32_t light) {
     for (const trace::ShadowVolume& shadow : test_.shadows_of(light)) tips.mark_within(shadow);
   };
-  if (context_.beams.size() && !landing_.empty()) {
-    tips.unmark();
+  tips.unmark();
+  if (placed_ || suns_) {
+    for (const uint32_t ray : scratch.chained)
+      if (suns_ || hits_.in_beam(first + ray)) again[ray].what = Stale::all;
+  } else if (context_.beams.size() && !landing_.empty()) {
     for (size_t b = 0; b < context_.beams.size(); ++b)
       mark_shadows(context_.beams[b].guide().light);
     for (size_t i = 0; i < tips.size(); ++i) {
@@ -152,44 +147,68 @@ void StaleRays::mark_chains(size_t sample, const Around& around, Scratch& scratc
   tips.unmark();
   tips.mark_meeting(around.wider, around.from);
   for (const uint32_t sun : context_.suns.lights()) mark_shadows(sun);
+  size_t near = 0;
   for (size_t i = 0; i < tips.size(); ++i) {
     const uint32_t ray = scratch.chained[i];
-    if ((tips.marked(i) || !around.apart) && again[ray].what != Stale::all)
-      again[ray] = gone(GatherHits::chain_of(targets[ray]), hits_.in_beam(first + ray), around);
+    if (again[ray].what == Stale::all || !(tips.marked(i) || !around.apart || placed_)) continue;
+    scratch.chained[near++] = ray;
+  }
+  // Let memory bring many chains at once.
+  const ChainPool& chains = hits_.chains();
+  const auto chain_at = [&](size_t i) {
+    return GatherHits::chain_of(targets[scratch.chained[std::min(i, near - 1)]]);
+  };
+  constexpr size_t kAhead = 8;
+  for (size_t i = 0; i < near; ++i) {
+    chains.prefetch(chain_at(i + 2 * kAhead));
+    chains.prefetch_vertices(chain_at(i + kAhead));
+    const uint32_t ray = scratch.chained[i], chain = chain_at(i);
+    again[ray] = gone(chain, hits_.in_beam(first + ray), around);
+    if (again[ray].what != Stale::all && is_hidden(rays, ray, chain, around.apart))
+      again[ray] = {Stale::all};
   }
 }
 
-void StaleRays::mark_passing(const SampleRays& rays, size_t sample, const trace::MovedObject& moved,
-                             bool apart, Scratch& scratch, std::vector<Stale>& again) const {
+bool StaleRays::is_hidden(const SampleRays& rays, uint32_t ray, uint32_t chain, bool apart) const {
   const ChainPool& chains = hits_.chains();
+  // Of a chain that goes on behind its first hit, no segment but the last may meet what is apart.
+  const bool goes_on = !chains.vertices(chain).front().is_of_end();
+  if (apart && goes_on) return false;
+  const Vec3f hit = goes_on ? chains.places(chain).front().point() : chains.tip(chain);
+  return std::any_of(change_.scene.objects.begin(), change_.scene.objects.end(),
+                     [&](const trace::MovedObject& moved) {
+                       return trace::meets_any({&moved.now, 1}, rays.origin(), hit) &&
+                              meets(rays, ray, moved);
+                     });
+}
+
+bool StaleRays::meets(const SampleRays& rays, uint32_t ray, const trace::MovedObject& moved) const {
+  const Vec3f origin = rays.origin(), w = rays.aim(ray).w;
+  return !(w == Vec3f{}) && SlabRay(origin, w).entry(moved.now, kFar) < kFar &&
+         context_.caster.closest_object(moved.object, origin, w).valid();
+}
+
+void StaleRays::mark_hidden(const SampleRays& rays, size_t sample, const trace::MovedObject& moved,
+                            Scratch& scratch, std::vector<Stale>& again) const {
   const std::span<const uint32_t> targets = hits_.targets(sample);
-  const Vec3f origin = rays.origin(), centre = moved.now.centre();
+  const Vec3f centre = moved.now.centre();
   trace::Ways& landings = scratch.landings;
-  landings.clear(), scratch.passing.clear();
+  landings.clear(targets.size());
+  scratch.passing.resize(targets.size());
   rays.each_towards(centre, 0.5001f * moved.now.diagonal(), [&](uint32_t ray) {
-    if (again[ray].what == Stale::all) return;
-    scratch.passing.push_back(ray);
     const uint32_t target = targets[ray];
-    if (target == kDark) {
+    if (GatherHits::is_chain(target) || again[ray].what == Stale::all) return;
+    scratch.passing[landings.size()] = ray;
+    if (target == kDark)
       landings.add(centre);  // It may pass all of the object.
-    } else if (GatherHits::is_chain(target)) {
-      // Nothing hides what is apart from the change; and a chain of one segment lands at its tip.
-      const uint32_t chain = GatherHits::chain_of(target);
-      landings.add(apart ? chains.tip(chain) : chains.places(chain).front().point());
-    } else {
+    else
       landings.add(landing_[target].centre, landing_[target].radius);
-    }
   });
   landings.unmark();
-  landings.mark_meeting({&moved.now, 1}, origin);
-  for (size_t i = 0; i < landings.size(); ++i) {
-    if (!landings.marked(i)) continue;
-    const uint32_t ray = scratch.passing[i];
-    const Vec3f w = rays.aim(ray).w;
-    if (!(w == Vec3f{}) && SlabRay(origin, w).entry(moved.now, kFar) < kFar &&
-        context_.caster.closest_object(moved.object, origin, w).valid())
-      again[ray].what = Stale::all;
-  }
+  landings.mark_meeting({&moved.now, 1}, rays.origin());
+  for (size_t i = 0; i < landings.size(); ++i)
+    if (landings.marked(i) && meets(rays, scratch.passing[i], moved))
+      again[scratch.passing[i]] = {Stale::all};
 }
 
 bool StaleRays::is_own(uint32_t cell) const {
@@ -237,12 +256,14 @@ Stale StaleRays::gone(uint32_t chain, bool in_beam, const Around& around) const 
 
 Renewal StaleRays::renewal(const Vertex& vertex, const direct::Receiver& at) const {
   const uint32_t lamp = vertex.lamp();
-  if (lamp != scene::kNone && test_.touches_light(lamp, at.point)) return Renewal::light;
+  if (change_.scene.changes(lamp)) return Renewal::light;
+  const bool shaded = lamp != scene::kNone && test_.shades(lamp, at.point);
   // Only beams and suns are asked at ends, and where one of these changed, rays are cast again.
-  if (vertex.is_of_end()) return Renewal::none;
-  const bool lit = everywhere_ || std::any_of(changed_.begin(), changed_.end(),
-                                              [&](const auto& own) { return own->about(at) > 0; });
-  return lit ? Renewal::chances : Renewal::none;
+  if (!vertex.is_of_end() &&
+      (everywhere_ || std::any_of(changed_.begin(), changed_.end(),
+                                  [&](const auto& own) { return own->about(at) > 0; })))
+    return shaded ? Renewal::light : Renewal::chances;
+  return shaded ? Renewal::shadow : Renewal::none;
 }
 
 }  // namespace deltalux::gather

@@ -40,7 +40,7 @@ class StaleRays {
 
   /// Memory of mark(), which a thread uses again for its next sample.
   struct Scratch {
-    std::vector<uint32_t> chained, passing;  ///< rays: with a chain; that may pass what moved
+    std::vector<uint32_t> chained, passing;  ///< rays: with a chain; that may be hidden now
     trace::Ways tips, landings;              ///< where the chains end, and where those rays land
   };
   /// Sets again[ray] to what to do about what the ray met. `around`: of the sample's chains, or of
@@ -53,12 +53,16 @@ class StaleRays {
  private:
   /// Finds what to do about rays that meet a cell.
   void judge_cells();
-  /// Does what mark() does, for the rays with a chain; but for what hides its first hit now.
-  void mark_chains(size_t sample, const Around& around, Scratch& scratch,
+  /// Does what mark() does, for the rays with a chain, but for those towards points that moved.
+  void mark_chains(const SampleRays& rays, size_t sample, const Around& around, Scratch& scratch,
                    std::vector<Stale>& again) const;
-  /// Marks all rays that meet a moved object now. `apart`: see Around.
-  void mark_passing(const SampleRays& rays, size_t sample, const trace::MovedObject& moved,
-                    bool apart, Scratch& scratch, std::vector<Stale>& again) const;
+  /// Whether something that moved is now before the first hit of a chain. `apart`: see Around.
+  bool is_hidden(const SampleRays& rays, uint32_t ray, uint32_t chain, bool apart) const;
+  /// Whether a ray meets the object now, wherever it lands.
+  bool meets(const SampleRays& rays, uint32_t ray, const trace::MovedObject& moved) const;
+  /// Marks rays without a chain that are hidden by a moved object now.
+  void mark_hidden(const SampleRays& rays, size_t sample, const trace::MovedObject& moved,
+                   Scratch& scratch, std::vector<Stale>& again) const;
   /// Whether the change may have shaded a point between a chain's segments from a beam.
   bool bends_shaded(uint32_t chain) const;
   bool touches_beams(const Box& points) const;
