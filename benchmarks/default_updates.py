@@ -23,8 +23,7 @@ from typing import Any
 
 import deltalux as dl
 import numpy as np
-from edited_rooms import EDITED
-from peers.pictured_rooms import named_scene
+from edited_rooms import room_named
 
 OUT = Path(__file__).resolve().parent / "out" / "default_updates.json"
 STEP = 0.01  # of the diagonal
@@ -58,7 +57,7 @@ def moves(session: dl.Session, name: str) -> list[dict[str, float]]:
 
 def measured(source: str, movable: list[str]) -> dict[str, Any]:
     """Bake, updates and recompute of one scene."""
-    scene = EDITED[source]() if source in EDITED else named_scene(source)
+    scene = room_named(source)
     if movable:
         scene = dl.scene.make_movable(scene, movable)
     with dl.Session(scene, dl.Samples.on_vertices(scene)) as session:

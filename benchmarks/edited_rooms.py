@@ -7,6 +7,7 @@ import numpy as np
 from deltalux.scene import Material, PointLight, Scene, SpotLight, SunLight
 from deltalux.scenes.placing import look_at
 from deltalux.scenes.shapes import GAP, Shape, box, cylinder, merge, room, sheet
+from peers.pictured_rooms import named_scene
 
 PAINTS = {
     "white": (0.78, 0.77, 0.74),
@@ -108,3 +109,8 @@ def study() -> Scene:
 
 
 EDITED = {"gallery": gallery, "study": study}
+
+
+def room_named(name: str) -> Scene:
+    """One of these rooms, or what pictured_rooms.named_scene() finds."""
+    return EDITED[name]() if name in EDITED else named_scene(name)

@@ -2,12 +2,14 @@
 """How soon the light follows: a real server, a client in a process of its own, a trolley that is dragged.
 
     PYTHONPATH=python python benchmarks/viewer_latency.py
+    PYTHONPATH=python python benchmarks/viewer_latency.py --room office:chair --room study:stool
 
 The client sends poses, applies the frames that come to an array and acknowledges them at once; what a
 browser needs to draw comes on top. Latency is the time from sending a pose to having applied values that
 include it. "lock step" sends a pose when a frame arrives, "30 a second" whatever happens. After the last
 pose: how long until what is shown is near to the light that it comes to, where the drag has left more than
-2 % to do. The object's diagonal is 3 % of the scene's. Writes benchmarks/out/viewer_latency.json.
+2 % to do. The trolley's diagonal is 3 % of the atrium's. Rooms are baked by default options, and their
+object goes 60 cm there and back. Writes benchmarks/out/viewer_latency.json.
 """
 
 from __future__ import annotations
@@ -29,10 +31,12 @@ import numpy as np
 import websockets
 from deltalux.server.protocol.frames import apply_frame
 from deltalux.server.web.serving import Server
+from edited_rooms import room_named
 
 OUT = Path(__file__).parent / "out"
 TROLLEY = "trolley"
 WAY = (4.0, 0.0, -1.5)  # metres there and back
+SHORT_WAY = (0.6, 0.0, 0.0)  # the same in rooms
 STEP = 0.03  # metres between two poses: a metre a second at 30 poses a second
 RATE = 30.0  # poses a second
 NOTED = 0.02  # relative: what is farther from where it comes to counts as behind
@@ -45,8 +49,9 @@ TRIANGLE_ARRAYS = ("triangles", "triangle_material", "triangle_mesh", "source_tr
 class Client:
     """A page without a picture."""
 
-    def __init__(self, connection: websockets.ClientConnection) -> None:
+    def __init__(self, connection: websockets.ClientConnection, dragged: str) -> None:
         self.connection = connection
+        self.dragged = dragged
         self.values: np.ndarray | None = None
         self.state: dict[str, Any] = {}
         self.first_revision = 0
@@ -118,17 +123,17 @@ class Client:
         """Send the next pose of a drag, or the last one."""
         self.moves += 1
         self.sent[self.first_revision + self.moves] = time.perf_counter()
-        message = {"type": "move", "id": self.moves, "name": TROLLEY, "pose": pose, "dragging": dragging}
+        message = {"type": "move", "id": self.moves, "name": self.dragged, "pose": pose, "dragging": dragging}
         await self.connection.send(json.dumps(message))
 
 
-def poses(start: list[float]) -> Iterator[list[float]]:
+def poses(start: list[float], way: tuple[float, ...]) -> Iterator[list[float]]:
     """Poses there and back along the way, without end."""
-    length = float(np.linalg.norm(WAY))
+    length = float(np.linalg.norm(way))
     for k in count_from(1):
         turned = k * STEP / length % 2
         share = min(turned, 2 - turned)
-        yield start[:12] + [start[12 + axis] + share * WAY[axis] for axis in range(3)] + [1.0]
+        yield start[:12] + [start[12 + axis] + share * way[axis] for axis in range(3)] + [1.0]
 
 
 async def lock_step(client: Client, way: Iterator[list[float]], end: float) -> None:
@@ -156,12 +161,12 @@ async def steady(client: Client, way: Iterator[list[float]], end: float) -> None
 MODES = {"lock step": lock_step, "30 a second": steady}
 
 
-async def run_client(address: str, mode: str, seconds: float) -> dict[str, Any]:
+async def run_client(address: str, mode: str, dragged: str, seconds: float) -> dict[str, Any]:
     """Drag for some time; what was measured."""
     async with websockets.connect(address, max_size=None, compression=None) as connection:
-        client = Client(connection)
+        client = Client(connection, dragged)
         await client.rest()
-        way = poses(client.state["poses"][TROLLEY])
+        way = poses(client.state["poses"][dragged], WAY if dragged == TROLLEY else SHORT_WAY)
         client.frames, client.figures = [], []
         start = time.perf_counter()
         await MODES[mode](client, way, start + seconds)
@@ -188,13 +193,22 @@ async def run_client(address: str, mode: str, seconds: float) -> dict[str, Any]:
         }
 
 
-def measure(session: dl.Session, seconds: float) -> list[dict[str, Any]]:
-    """Serve the session and drag its trolley in each mode, by a client in another process."""
+def measure(session: dl.Session, dragged: str, seconds: float) -> list[dict[str, Any]]:
+    """Serve the session and drag an object in each mode, by a client in another process."""
     results = []
     for mode in MODES:
         with Server(session) as server:
             address = f"ws://127.0.0.1:{server.port}/ws?token={server.token}"
-            command = [sys.executable, __file__, "--client", address, mode, "--seconds", str(seconds)]
+            command = [
+                sys.executable,
+                __file__,
+                "--client",
+                address,
+                mode,
+                dragged,
+                "--seconds",
+                str(seconds),
+            ]
             out = subprocess.run(command, check=True, capture_output=True, text=True).stdout
         results.append(json.loads(out))
         print_result(results[-1])
@@ -231,17 +245,23 @@ def in_part(scene: dl.Scene, count: int) -> dl.Samples:
     return dl.Samples.on_vertices(scene, display=replace(display, **of_vertices, **of_triangles))
 
 
-def sessions(args: argparse.Namespace) -> Iterator[tuple[str, dl.Session]]:
-    """The sessions to measure: those of files, else the atrium with a part of its samples and with all."""
+def sessions(args: argparse.Namespace) -> Iterator[tuple[str, dl.Session, str]]:
+    """What to measure, and what to drag: rooms, files, else the atrium, in part and whole."""
+    for room in args.room:
+        name, _, dragged = room.partition(":")
+        scene = room_named(name)
+        session = dl.Session(scene, dl.Samples.on_vertices(scene))
+        session.bake()
+        yield name, session, dragged
     for file in args.session:
-        yield file, dl.Session.open(file)
-    if not args.session:
+        yield file, dl.Session.open(file), TROLLEY
+    if not args.session and not args.room:
         scene = dl.scenes.atrium()
         cases = {"part of the atrium": in_part(scene, SAMPLES), "atrium": dl.Samples.on_vertices(scene)}
         for name, samples in cases.items():
             session = dl.Session(scene, samples, paths=args.paths)
             session.bake()
-            yield name, session
+            yield name, session, TROLLEY
 
 
 def main() -> int:
@@ -252,17 +272,18 @@ def main() -> int:
     parser.add_argument("--paths", type=int, default=1_000_000)
     parser.add_argument("--seconds", type=float, default=10.0, help="of dragging in each mode")
     parser.add_argument("--session", action="append", default=[], help="a baked atrium.dlx (repeatable)")
-    parser.add_argument("--client", nargs=2, metavar=("ADDRESS", "MODE"), help=argparse.SUPPRESS)
+    parser.add_argument("--room", action="append", default=[], metavar="NAME:OBJECT", help="repeatable")
+    parser.add_argument("--client", nargs=3, metavar=("ADDRESS", "MODE", "OBJECT"), help=argparse.SUPPRESS)
     args = parser.parse_args()
     if args.client:
         print(json.dumps(asyncio.run(run_client(*args.client, args.seconds))))
         return 0
     results = []
-    for name, session in sessions(args):
+    for name, session, dragged in sessions(args):
         with session:
             paths = session.statistics["paths"]
             print(f"{name}: {len(session.samples):,} samples, {paths:,} paths", flush=True)
-            measured = measure(session, args.seconds)
+            measured = measure(session, dragged, args.seconds)
             results.append({"name": name, "samples": len(session.samples), "paths": paths, "modes": measured})
     OUT.mkdir(exist_ok=True)
     (OUT / "viewer_latency.json").write_text(json.dumps(results, indent=1))
