@@ -22,12 +22,11 @@ class PunctualShape final : public LightShape {
       : LightShape(light, number, seed), light_(light.punctual) {}
 
   Glance glance(const Receiver& receiver, float, float) const override {
-    Strata one;
-    cast(receiver, Detail::coarse, one);
-    return {one.fan.origin,
-            {one.fan.x[0], one.fan.y[0], one.fan.z[0]},
-            one.fan.to,
-            full(receiver) * double(one.weight[0])};
+    const double irradiance = full(receiver);
+    if (!(irradiance > 0)) return {};
+    const Vec3f from = origin(receiver);
+    const auto [d, to] = light_.kind->shadow_ray(light_, from);
+    return {from, d, to, irradiance};
   }
   void cast(const Receiver& receiver, Detail, Strata& out) const override {
     out.fan.origin = origin(receiver);

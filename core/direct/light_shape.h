@@ -85,9 +85,9 @@ class LightShape {
   /// One shadow ray to a point drawn uniformly from the light's surface by `u` and `v` in [0, 1),
   /// and the irradiance if it is unoccluded, in units of brightest(). The estimate is unbiased.
   struct Glance {
-    Vec3f origin, direction;
-    float to;
-    double irradiance;
+    Vec3f origin{}, direction{};
+    float to = 0;
+    double irradiance = 0;  ///< if this is 0, there may be no ray
   };
   virtual Glance glance(const Receiver& receiver, float u, float v) const = 0;
   /// Radiance, or intensity, of the strongest channel.
