@@ -29,6 +29,28 @@ def lamp(name, group, pose, side=0.2):
 # ---- scenes -------------------------------------------------------------------------------------
 
 
+def test_what_hides_the_places_that_rays_reached_since_the_bake():
+    """A screen comes close to the samples, so that rays go on from it; then a card does, before it alone."""
+    scene = dl.Scene(
+        [
+            dl.Mesh("walls", *box((4, 2, 3), (0, 1, 0), inward=True), "grey"),
+            dl.Mesh("screen", *box((0.02, 0.6, 0.6)), "grey", pose=translation(1.5, 0.301, 0), movable=True),
+            dl.Mesh("card", *box((0.001, 0.3, 0.5)), "grey", pose=translation(1.2, 0.5, 1), movable=True),
+        ],
+        [dl.Material("grey", (0.7, 0.7, 0.7))],
+        [dl.PointLight("bulb", (-1.5, 1.2, 0), (1, 1, 1))],
+    )
+    place = [(0.0, 0.0, 1e-3 * k) for k in range(16)]  # rays of all are judged together
+    with dl.Session(scene, dl.Samples(place, (0, 1, 0)), paths=20_000, gather=512) as session:
+        session.bake()
+        session.move("screen", translation(0.06, 0.301, 0))
+        session.update()
+        for x in (0.045, 0.03):
+            session.move("card", translation(x, 0.2, 0))
+            assert session.update().changed_rays > 100
+            equals_recompute(session)
+
+
 @pytest.mark.parametrize("direct", ["paths", "sampled"])
 def test_a_lamp_post_whose_bulb_is_outside_the_scenes_box(direct):
     """Outlines of segments that reach beyond the scan's grid must still find what they meet."""
