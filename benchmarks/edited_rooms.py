@@ -64,7 +64,7 @@ def _pierced_wall(x: list[float], y: list[float], holes: set[tuple[int, int]]) -
 
 
 def study() -> Scene:
-    """6.4 x 2.8 x 4.8 m: the sun comes through two windows, lamps on the desk and beside the chair."""
+    """6.4 x 2.8 x 4.8 m: the sun comes through two windows to the stool; a lamp beside the couch."""
     wall = _pierced_wall([-3.2, -2.2, -0.8, 0.6, 2.0, 3.2], [0.0, 0.85, 2.3, 2.8], {(1, 1), (3, 1)})
     desk = merge(
         [

@@ -250,6 +250,8 @@ def sessions(args: argparse.Namespace) -> Iterator[tuple[str, dl.Session, str]]:
     for room in args.room:
         name, _, dragged = room.partition(":")
         scene = room_named(name)
+        if dragged not in scene.movable:
+            raise SystemExit(f"error: --room {room}: expected NAME:OBJECT, with one of {scene.movable}")
         session = dl.Session(scene, dl.Samples.on_vertices(scene))
         session.bake()
         yield name, session, dragged

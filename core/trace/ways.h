@@ -27,7 +27,6 @@ class Ways {
     x_[size_] = end.x, y_[size_] = end.y, z_[size_] = end.z, radius_[size_++] = radius;
   }
   size_t size() const { return size_; }
-  Vec3f end(size_t i) const { return {x_[i], y_[i], z_[i]}; }
 
   /// Clears all marks; before the first mark_*().
   void unmark() { std::fill_n(marks_.begin(), size_, 0u); }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Many ways at once are tested like one: against the way from box to box, and points inside of
-// balls.
+// Many ways at once are marked as they would be one by one, and for each point where they may end.
 #include "trace/ways.h"
 
 #include <gtest/gtest.h>
@@ -8,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <random>
+#include <vector>
 
 #include "trace/change.h"
 
@@ -34,11 +34,12 @@ TEST(Ways, AreMarkedLikeOneByOne) {
     const Vec3f from = drawn(random, 1.5f);
     Ways ways;
     ways.clear(100);
-    for (int i = 0; i < 100; ++i) ways.add(drawn(random, 1.5f));
+    std::vector<Vec3f> ends;
+    for (int i = 0; i < 100; ++i) ways.add(ends.emplace_back(drawn(random, 1.5f)));
     ways.unmark();
     ways.mark_meeting(boxes, from);
     for (size_t i = 0; i < ways.size(); ++i) {
-      ASSERT_EQ(ways.marked(i), meets_any(boxes, from, ways.end(i))) << world << ", way " << i;
+      ASSERT_EQ(ways.marked(i), meets_any(boxes, from, ends[i])) << world << ", way " << i;
       met += ways.marked(i), ++all;
     }
   }
@@ -87,6 +88,13 @@ TEST(Ways, AlongAnAxisAndOfNoLength) {
   ways.mark_meeting(boxes, {0, 0.5f, 1});  // on a face
   EXPECT_TRUE(ways.marked(0));
   EXPECT_TRUE(ways.marked(1));
+  for (const float side : {-1.0f, 1.0f}) {  // within a face
+    ways.clear(1);
+    ways.add({side, 0.5f, 3});
+    ways.unmark();
+    ways.mark_meeting(boxes, {side, 0.5f, -3});
+    EXPECT_TRUE(ways.marked(0)) << side;
+  }
 }
 
 }  // namespace

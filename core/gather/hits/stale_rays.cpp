@@ -122,18 +122,19 @@ void StaleRays::mark_chains(const SampleRays& rays, size_t sample, const Around&
                             Scratch& scratch, std::vector<Stale>& again) const {
   const std::span<const uint32_t> targets = hits_.targets(sample);
   const size_t first = hits_.rays().first(sample);
+  const ChainPool& chains = hits_.chains();
   trace::Ways& tips = scratch.tips;
   tips.clear(scratch.chained.size());
   for (const uint32_t ray : scratch.chained)
-    tips.add(hits_.chains().tip(GatherHits::chain_of(targets[ray])));
+    tips.add(chains.tip(GatherHits::chain_of(targets[ray])));
   const auto mark_shadows = [&](uint32_t light) {
     for (const trace::ShadowVolume& shadow : test_.shadows_of(light)) tips.mark_within(shadow);
   };
-  tips.unmark();
   if (placed_ || suns_) {
     for (const uint32_t ray : scratch.chained)
       if (suns_ || hits_.in_beam(first + ray)) again[ray].what = Stale::all;
   } else if (context_.beams.size() && !landing_.empty()) {
+    tips.unmark();
     for (size_t b = 0; b < context_.beams.size(); ++b)
       mark_shadows(context_.beams[b].guide().light);
     for (size_t i = 0; i < tips.size(); ++i) {
@@ -154,7 +155,6 @@ void StaleRays::mark_chains(const SampleRays& rays, size_t sample, const Around&
     scratch.chained[near++] = ray;
   }
   // Let memory bring many chains at once.
-  const ChainPool& chains = hits_.chains();
   const auto chain_at = [&](size_t i) {
     return GatherHits::chain_of(targets[scratch.chained[std::min(i, near - 1)]]);
   };

@@ -88,8 +88,7 @@ class StaleRays {
   direct::Shapes changed_;   // of the lights that changed, before and after
   bool everywhere_ = false;  // whether these may matter anywhere
   uint64_t placed_;          // one bit per beam: its lamp changed
-  std::vector<BodyCells::Ball>
-      landing_;  // by cell, see Cells::each_landing(); empty if nothing moved
+  std::vector<BodyCells::Ball> landing_;  // by cell, see each_landing(); empty if nothing moved
   /// Which rays that meet a cell are cast again.
   enum Met : uint8_t { none, in_beams, all };
   std::vector<Met> met_;  // by cell, and for what is none
