@@ -24,8 +24,9 @@ struct Cone {
   }
   /// Cosine of the angle between the axes of two cones that touch, minus a small margin.
   float limit(float other_cosine, float other_sine) const {
-    return cosine * other_cosine - sine * other_sine - 1e-4f;
+    return cosine * other_cosine - sine * other_sine - kMargin;
   }
+  static constexpr float kMargin = 1e-4f;
 };
 
 inline float sine_of(float cosine) { return std::sqrt(std::max(0.0f, 1.0f - cosine * cosine)); }

@@ -13,11 +13,14 @@
 
 namespace deltalux::trace {
 
-/// A movable that was moved, added or removed. Boxes are those of RayCaster::object_bounds().
+/// A movable that was moved, added or removed. Boxes are those of RayCaster::object_bounds(), and
+/// parts of part_bounds().
 struct MovedObject {
   uint32_t object;
   std::vector<Box> passed;  ///< bounds before and after the move
   Box now;                  ///< empty if the object is absent now
+  /// Of all that it passed, and where it is now; empty if not known.
+  std::vector<Box> parts{}, parts_now{};
 };
 
 /// The difference between two states of the scene.
@@ -68,9 +71,15 @@ class ChangeTest {
   }
 
  private:
+  /// Whether `meets` holds for one of the light's shadows, and likewise for one of a part.
+  template <class Meets>
+  bool shadows_meet(uint32_t light, const Meets& meets) const;
+
   const Change& change_;
   std::vector<Box> boxes_;             // that something moved out of or into
   std::vector<ShadowVolume> shadows_;  // by light and box
+  std::vector<Box> parts_;             // of these boxes, holding less; empty if there are no more
+  std::vector<ShadowVolume> parts_shadows_;  // by light and part; empty if these would be many
 };
 
 }  // namespace deltalux::trace

@@ -76,13 +76,19 @@ void RayCaster::update_object(const scene::Scene& scene, uint32_t index) {
   fresh.first_primitive = object.first_primitive;
   fresh.to_local = object.pose.inverse();
   fresh.slack = slack_of(scene, object.first_primitive, object.triangles.size());
-  if (index < movables_.size()) fresh.solid = movables_[index].solid;
+  if (index < movables_.size()) {
+    fresh.solid = movables_[index].solid;
+    fresh.parts = movables_[index].parts;
+  }
   if (object.closed && !fresh.solid)
     fresh.solid = EmbreeScene(device_, object.vertices, object.triangles, nullptr);
   if (object.present && !object.triangles.empty()) {
     const std::vector<Vec3f> vertices = object.world_vertices();
     fresh.scene = EmbreeScene(device_, vertices, object.triangles, nullptr, holes_of(scene, index));
     for (const Vec3f& v : vertices) fresh.box.grow(v);
+    if (!fresh.parts)
+      fresh.parts = std::make_shared<const Parts>(object.vertices, object.triangles);
+    fresh.part_boxes = fresh.parts->boxes(vertices, object.triangles);
     for (const auto& t : object.triangles)
       fresh.normal.push_back(
           normalize(cross(vertices[t[1]] - vertices[t[0]], vertices[t[2]] - vertices[t[0]])));
@@ -90,6 +96,12 @@ void RayCaster::update_object(const scene::Scene& scene, uint32_t index) {
   if (movables_.size() <= index) movables_.resize(index + 1);
   movables_[index] = std::move(fresh);
   settle();
+}
+
+std::vector<Box> RayCaster::part_bounds(uint32_t object) const {
+  std::vector<Box> out = movables_[object].part_boxes;
+  for (Box& box : out) box = box.padded(margin_);
+  return out;
 }
 
 EmbreeScene RayCaster::in_own_space(const scene::Scene& scene, uint32_t index) const {

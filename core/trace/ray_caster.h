@@ -2,6 +2,7 @@
 // Ray queries over the static geometry and the movable objects of a scene.
 #pragma once
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -12,6 +13,7 @@
 #include "base/vec.h"
 #include "scene/scene.h"
 #include "trace/embree_scene.h"
+#include "trace/parts.h"
 #include "trace/ray.h"
 
 namespace deltalux::trace {
@@ -94,6 +96,8 @@ class RayCaster {
   /// World bounds of a movable object, padded by margin(); empty while it is removed. Only for
   /// conservative tests: adding an object may widen the bounds of others.
   const Box& object_bounds(uint32_t object) const { return movables_[object].bounds; }
+  /// Boxes that together hold the object, likewise padded: tighter than one around all of it.
+  std::vector<Box> part_bounds(uint32_t object) const;
   /// The present movable objects, ascending.
   std::span<const uint32_t> present() const { return present_; }
   /// Padding of bounds: larger than the rounding error of any ray that starts within the scene's
@@ -102,11 +106,13 @@ class RayCaster {
 
  private:
   struct Movable {
-    EmbreeScene scene;  ///< in world space; empty while the object is removed
-    EmbreeScene solid;  ///< of closed objects, in local space: for inside tests
-    Box box;            ///< world bounds; empty while the object is removed
-    Box bounds;         ///< the same, padded by the margin
-    float slack = 0;    ///< the largest Scene::slack_of() of its triangles
+    EmbreeScene scene;                   ///< in world space; empty while the object is removed
+    EmbreeScene solid;                   ///< of closed objects, in local space: for inside tests
+    Box box;                             ///< world bounds; empty while the object is removed
+    Box bounds;                          ///< the same, padded by the margin
+    std::vector<Box> part_boxes;         ///< world bounds of the parts, likewise without padding
+    std::shared_ptr<const Parts> parts;  ///< null before the object is first there
+    float slack = 0;                     ///< the largest Scene::slack_of() of its triangles
     Pose to_local;
     uint32_t first_primitive = 0;
     std::vector<Vec3f> normal;  ///< by triangle: unit, in world space

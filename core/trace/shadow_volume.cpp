@@ -60,6 +60,27 @@ bool ShadowVolume::misses(const Box& points) const {
   return nothing_;
 }
 
+Box ShadowVolume::bounds(Box space) const {
+  constexpr int kSide = 8, kRounds = 3;  // each divides what is left of the space more finely
+  if (nothing_) return {};
+  for (int round = 0; round < kRounds; ++round) {
+    std::array<Vec3f, kSide + 1> at;
+    for (int i = 0; i < kSide; ++i)
+      at[size_t(i)] = space.low + (space.high - space.low) * (float(i) / kSide);
+    at[kSide] = space.high;
+    Box found;
+    for (size_t x = 0; x < kSide; ++x)
+      for (size_t y = 0; y < kSide; ++y)
+        for (size_t z = 0; z < kSide; ++z) {
+          const Box part{{at[x].x, at[y].y, at[z].z}, {at[x + 1].x, at[y + 1].y, at[z + 1].z}};
+          if (!misses(part)) found.grow(part);
+        }
+    space = found;
+    if (space.empty()) break;
+  }
+  return space;
+}
+
 void ShadowVolume::mark(const float* x, const float* y, const float* z, size_t count,
                         uint32_t* marks) const {
   if (nothing_) return;

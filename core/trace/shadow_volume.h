@@ -31,6 +31,8 @@ class ShadowVolume {
   /// True only if the volume contains no point of the box `points`; never true if contains() holds
   /// for one of them, since rounding is monotonic.
   bool misses(const Box& points) const;
+  /// A box around all points of `space` that the volume contains; empty if there are none.
+  Box bounds(Box space) const;
   /// Sets marks[i] |= 1 where contains(point i), with exactly the same result.
   void mark(const float* x, const float* y, const float* z, size_t count, uint32_t* marks) const;
 

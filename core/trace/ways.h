@@ -38,6 +38,7 @@ class Ways {
     volume.mark(x_.data(), y_.data(), z_.data(), size_, marks_.data());
   }
   bool marked(size_t i) const { return marks_[i]; }
+  Vec3f end(size_t i) const { return {x_[i], y_[i], z_[i]}; }
 
  private:
   size_t size_ = 0;

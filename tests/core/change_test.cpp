@@ -22,6 +22,8 @@ scene::Scene room_with_lamps() {
   sun.kind = &lights::kind_named("sun"), sun.direction = {0.4f, -1, 0.2f}, sun.parameters = {};
   bulb.kind = &lights::kind_named("point"), bulb.position = {3, 2, 3.5}, bulb.parameters = {};
   scene.lights.insert(scene.lights.end(), {sun, bulb});
+  // The box gets an arm, so that it has parts.
+  direct::add_box(scene.objects[1], {0.3f, -0.3f, -0.05f}, {0.9f, -0.2f, 0.05f});
   scene.finish();
   return scene;
 }
@@ -38,9 +40,20 @@ struct Moved {
     scene::Scene next = scene;
     next.objects[1].pose = pose;
     after.update_object(next, 1);
-    change.objects = {
-        {1, {before.object_bounds(1), after.object_bounds(1)}, after.object_bounds(1)}};
+    std::vector<Box> parts = before.part_bounds(1);
+    for (const Box& part : after.part_bounds(1)) parts.push_back(part);
+    change.objects = {{1,
+                       {before.object_bounds(1), after.object_bounds(1)},
+                       after.object_bounds(1),
+                       parts,
+                       after.part_bounds(1)}};
     change.lights.assign(lights.size(), 0);
+  }
+  /// The change without the parts.
+  Change coarse() const {
+    Change out = change;
+    out.objects[0].parts.clear(), out.objects[0].parts_now.clear();
+    return out;
   }
 };
 
@@ -49,11 +62,14 @@ Vec3f in_room(const PathRandom& random, uint32_t k) {
 }
 
 TEST(ChangeTest, NamesAllThatDiffersAndLittleElse) {
-  size_t differing = 0, named = 0, all = 0;
+  size_t differing = 0, named = 0, by_boxes = 0, all = 0;
   for (uint32_t round = 0; round < 20; ++round) {
     const PathRandom place(11, round);
     const Moved moved(session::at(0.5 + 3 * double(place(0, 0)), 0.5 + 3 * double(place(0, 1))));
-    const ChangeTest test(moved.change, moved.lights, shadow_slack(moved.after));
+    ASSERT_GT(moved.after.part_bounds(1).size(), 1u);
+    const Change coarse = moved.coarse();
+    const ChangeTest test(moved.change, moved.lights, shadow_slack(moved.after)),
+        boxes(coarse, moved.lights, shadow_slack(moved.after));
     EXPECT_TRUE(test.moves(1));
     EXPECT_FALSE(test.moves(0));
     for (uint32_t i = 0; i < 400; ++i) {
@@ -78,14 +94,53 @@ TEST(ChangeTest, NamesAllThatDiffersAndLittleElse) {
                                             moved.after.occluded(ray.origin, ray.direction, ray.to);
             }
         }
-      bool touched = test.touches(a, b) || test.touches(b, c) || test.touches_light(at_end, c);
-      for (uint32_t l = 0; l < moved.lights.size(); ++l) touched |= test.touches_light(l, b);
-      ASSERT_TRUE(touched || !differs) << round << " " << i;
-      differing += differs, named += touched, ++all;
+      const auto touched = [&](const ChangeTest& by) {
+        bool any = by.touches(a, b) || by.touches(b, c) || by.touches_light(at_end, c);
+        for (uint32_t l = 0; l < moved.lights.size(); ++l) any |= by.touches_light(l, b);
+        return any;
+      };
+      ASSERT_TRUE(touched(test) || !differs) << round << " " << i;
+      ASSERT_TRUE(touched(boxes) || !touched(test)) << round << " " << i;
+      differing += differs, named += touched(test), by_boxes += touched(boxes), ++all;
+      // What a point may differ in, a box around it may, too.
+      const Box around{b - Vec3f{0.1f, 0.2f, 0.1f}, b + Vec3f{0.1f, 0.1f, 0.2f}};
+      EXPECT_TRUE(test.touches(around) || !test.touches(Box{b, b}));
+      for (uint32_t l = 0; l < moved.lights.size(); ++l)
+        EXPECT_TRUE(test.shades(l, around) || !test.shades(l, b));
     }
   }
   EXPECT_GT(differing, all / 20);
   EXPECT_LT(named, all * 9 / 10);
+  EXPECT_LT(named, by_boxes * 19 / 20);
+}
+
+TEST(ShadowVolume, BoundsHoldAllOfItAndLittleElse) {
+  double of_all = 0;
+  for (uint32_t round = 0; round < 60; ++round) {
+    const PathRandom random(7, round);
+    scene::Scene scene = session::room_with_spot();
+    scene::PunctualLight& light = scene.lights[0];
+    light.kind = &lights::kind_named(round % 2 ? "sun" : "point"), light.parameters = {};
+    light.direction = {random(0, 0) - 0.5f, -1, random(0, 1) - 0.5f};
+    light.position = Vec3d(in_room(random, 1));
+    scene.finish();
+    const Vec3f low = in_room(random, 2), size{random(3, 0), random(3, 1), random(3, 2)};
+    const ShadowVolume volume(find_lights(scene)[0], Box{low, low + size * 0.3f}, 1e-5f);
+    const Box space{{0, 0, 0}, {4, 3, 4}}, bounds = volume.bounds(space);
+    EXPECT_TRUE(space.contains(bounds));
+    for (uint32_t i = 0; i < 2000; ++i) {
+      const Vec3f p = in_room(PathRandom(round, i), 4);
+      EXPECT_TRUE(!volume.contains(p) || bounds.overlaps(Box{p, p})) << round;
+    }
+    const Vec3f e = bounds.extent();
+    of_all += double(e.x * e.y * e.z) / 48;
+  }
+  EXPECT_LT(of_all / 60, 0.4);  // rooms without shadows count, too
+}
+
+TEST(ShadowVolume, OfNothingHasNoBounds) {
+  const Moved moved(session::at(2.5, 2));
+  EXPECT_TRUE(ShadowVolume(moved.lights[1], Box{}, 0).bounds({{0, 0, 0}, {4, 3, 4}}).empty());
 }
 
 TEST(ChangeTest, KnowsLampsThatSendOtherLight) {

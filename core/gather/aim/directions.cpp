@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace deltalux::gather {
 
@@ -16,37 +17,40 @@ Directions::Directions(uint32_t count, uint64_t seed) : key_(mix64(seed ^ 0x6761
   };
   rays_.resize(count);
   for (uint32_t i = 0; i < count; ++i) rays_[i] = i, ++first_[stratum(i) + 1];
-  for (uint32_t i = 0; i < kSide * kSide; ++i) first_[i + 1] += first_[i];
+  for (uint32_t i = 0; i < kStrata; ++i) first_[i + 1] += first_[i];
   std::stable_sort(rays_.begin(), rays_.end(),
                    [&](uint32_t a, uint32_t b) { return stratum(a) < stratum(b); });
 }
 
-std::array<Cone, Directions::kSide * Directions::kSide> Directions::make_cones() {
-  std::array<Cone, kSide * kSide> cones;
+Directions::Strata::Strata() {
   constexpr uint32_t kSteps = 16;  // along a stratum's side
   const auto at = [&](uint32_t i, uint32_t a, uint32_t b) {
     const float step = 1.0f / (kSide * kSteps);
     return cosine_direction({0, 0, 1}, float((i % kSide) * kSteps + a) * step,
                             float((i / kSide) * kSteps + b) * step);
   };
-  for (uint32_t i = 0; i < kSide * kSide; ++i) {
+  const auto angle = [](Vec3f p, Vec3f q) {
+    return 2 * std::asin(std::min(1.0, 0.5 * double(length(p - q))));
+  };
+  for (uint32_t i = 0; i < kStrata; ++i) {
     const Vec3f axis = at(i, kSteps / 2, kSteps / 2);
+    // What is farthest from the axis lies on the border of the stratum.
     double widest = 0, step = 0;
     for (uint32_t a = 0; a <= kSteps; ++a)
-      for (uint32_t b = 0; b <= kSteps; ++b) {
-        const auto angle = [](Vec3f p, Vec3f q) {
-          return 2 * std::asin(std::min(1.0, 0.5 * double(length(p - q))));
-        };
-        widest = std::max(widest, angle(axis, at(i, a, b)));
-        if (a > 0) step = std::max(step, angle(at(i, a, b), at(i, a - 1, b)));
-        if (b > 0) step = std::max(step, angle(at(i, a, b), at(i, a, b - 1)));
+      for (const auto& [now, before] :
+           {std::pair{at(i, a, 0), at(i, a ? a - 1 : a, 0)},
+            std::pair{at(i, a, kSteps), at(i, a ? a - 1 : a, kSteps)},
+            std::pair{at(i, 0, a), at(i, 0, a ? a - 1 : a)},
+            std::pair{at(i, kSteps, a), at(i, kSteps, a ? a - 1 : a)}}) {
+        widest = std::max(widest, angle(axis, now));
+        step = std::max(step, angle(now, before));
       }
-    // A direction between these points is at most as far from the nearest as they are from each
+    // A direction between two of these is at most as far from the nearest as they are from each
     // other.
     const double half = widest + step;
-    cones[i] = {axis, float(std::cos(half)), float(std::sin(half))};
+    x[i] = axis.x, y[i] = axis.y, z[i] = axis.z;
+    cosine[i] = float(std::cos(half)), sine[i] = float(std::sin(half));
   }
-  return cones;
 }
 
 }  // namespace deltalux::gather

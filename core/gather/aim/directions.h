@@ -2,7 +2,7 @@
 // The fixed directions of samples' gather rays.
 #pragma once
 #include <array>
-#include <span>
+#include <cstring>
 #include <vector>
 
 #include "base/cone.h"
@@ -52,25 +52,39 @@ class Directions {
     const uint64_t shift = combine(key_, sample);
     const uint32_t turned_u = uint32_t(shift) >> (32 - kBits);
     const uint32_t turned_v = uint32_t(shift >> 32) >> (32 - kBits);
-    for (uint32_t i = 0; i < kSide * kSide; ++i) {
-      const Cone& cone = cones()[i];
-      if (!inside && dot(cone.axis, local) < cone.limit(cosine, sine)) continue;
-      const uint32_t own = ((i / kSide) ^ turned_v) * kSide + ((i % kSide) ^ turned_u);
-      // Rays of a stratum are in ascending order.
-      for (uint32_t ray : std::span(rays_).subspan(first_[own], first_[own + 1] - first_[own])) {
-        if (ray >= count) break;
-        visit(ray);
+    if (inside) {
+      for (uint32_t ray = 0; ray < count; ++ray) visit(ray);
+      return;
+    }
+    const Strata& all = strata();
+    std::array<uint8_t, kStrata> near;
+    for (uint32_t i = 0; i < kStrata; ++i)  // without branches, so that the compiler uses SIMD
+      near[i] = all.x[i] * local.x + all.y[i] * local.y + all.z[i] * local.z >=
+                all.cosine[i] * cosine - all.sine[i] * sine - Cone::kMargin;
+    constexpr uint32_t kTogether = sizeof(uint64_t);
+    for (uint32_t first = 0; first < kStrata; first += kTogether) {
+      uint64_t some;
+      std::memcpy(&some, &near[first], kTogether);
+      for (uint32_t i = first; some && i < first + kTogether; ++i) {
+        if (!near[i]) continue;
+        const uint32_t own = ((i / kSide) ^ turned_v) * kSide + ((i % kSide) ^ turned_u);
+        // Rays of a stratum are in ascending order.
+        for (uint32_t k = first_[own]; k < first_[own + 1] && rays_[k] < count; ++k)
+          visit(rays_[k]);
       }
     }
   }
 
  private:
   // log2 of the number of strata along each side, and that number
-  static constexpr uint32_t kBits = 3, kSide = 1u << kBits;
-  /// A cone around all directions of each stratum, about +z.
-  static std::array<Cone, kSide * kSide> make_cones();
-  static const std::array<Cone, kSide * kSide>& cones() {
-    static const std::array<Cone, kSide * kSide> all = make_cones();
+  static constexpr uint32_t kBits = 4, kSide = 1u << kBits, kStrata = kSide * kSide;
+  /// A cone around all directions of each stratum, about +z: as of Cone.
+  struct Strata {
+    alignas(64) std::array<float, kStrata> x, y, z, cosine, sine;
+    Strata();
+  };
+  static const Strata& strata() {
+    static const Strata all;
     return all;
   }
   std::array<float, 2> shifted(uint32_t number, uint64_t shift) const {
@@ -80,8 +94,8 @@ class Directions {
 
   uint64_t key_;
   std::vector<std::array<uint32_t, 4>> points_;
-  std::vector<uint32_t> rays_;                       // sorted by the stratum of their points
-  std::array<uint32_t, kSide * kSide + 1> first_{};  // of each stratum, in rays_
+  std::vector<uint32_t> rays_;                 // sorted by the stratum of their points
+  std::array<uint32_t, kStrata + 1> first_{};  // of each stratum, in rays_
 };
 
 }  // namespace deltalux::gather

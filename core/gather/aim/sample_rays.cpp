@@ -120,7 +120,10 @@ SampleRays::SampleRays(const Directions& directions, std::span<const RayAllotmen
 }
 
 uint32_t SampleRays::ray_of_even(uint32_t number) const {
-  uint32_t part = 0;
+  if (!guided_) return number;
+  // Parts have about equally many.
+  uint32_t part = uint32_t(uint64_t(number) * kParts / (count_ - kParts * guided_));
+  while (part && number < end_of(part - 1) - part * guided_) --part;
   while (number >= end_of(part) - (part + 1) * guided_) ++part;
   return number + part * guided_;
 }

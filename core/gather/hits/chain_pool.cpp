@@ -12,10 +12,10 @@ namespace deltalux::gather {
 
 uint32_t ChainPool::add(std::span<const Vertex> vertices, std::span<const Place> places,
                         uint32_t end, float weight, Vec3f tip) {
-  constexpr size_t kMaxChains = size_t(1) << 31;
+  constexpr size_t kMaxChains = size_t(1) << 30;
   if (free_.empty()) {
     if (chains_.size() >= kMaxChains - 1)
-      throw OptionError("gather: more than 2e9 rays meet something near, expected fewer rays");
+      throw OptionError("gather: more than 1e9 rays meet something near, expected fewer rays");
     free_.reserve(1);
     tips_.grow(1), sent_.grow(1), chains_.grow(1);
     free_.push_back(uint32_t(chains_.size() - 1));

@@ -50,6 +50,7 @@ class ChainPool {
   }
   /// Where the last segment ends, see Chain::tip.
   Vec3f tip(uint32_t number) const { return tips_[number]; }
+  void prefetch_tip(uint32_t number) const { __builtin_prefetch(&tips_[number]); }
   /// Calls visit(point) for the points between the segments of the chain.
   template <class Visit>
   void each_bend(uint32_t number, const Visit& visit) const {

@@ -65,28 +65,31 @@ class GatherHits::Caster {
       cast_together(rays, sample, which.subspan(first, std::min(kTogether, which.size() - first)),
                     out);
   }
-  /// Casts again, or asks lights again for, what is stale of a sample's rays from `first` on;
-  /// without `around`, all of them. Returns whether any was.
+  /// Casts again, or asks lights again for, what is stale of a sample's rays; without `around`, all
+  /// from `first` on. Returns whether any was.
   bool renew(size_t sample, uint32_t first, const StaleRays& stale, const StaleRays::Around* around,
              CastRays& out) const {
     struct Memory {
-      std::vector<Stale> again;
       std::vector<uint32_t> which;
       StaleRays::Scratch scratch;
     };
     thread_local Memory of_thread;
     // Every use of a thread's own variable looks it up.
-    auto& [again, which, scratch] = of_thread;
+    auto& [which, scratch] = of_thread;
     const SampleRays own = rays(sample);
-    again.assign(hits_.shown(sample), Stale{Stale::all});
-    which.clear();
-    if (around) stale.mark(own, sample, *around, scratch, again);
     const size_t before = out.rays.size() + out.relit.size();
-    for (uint32_t ray = first; ray < again.size(); ++ray) {
-      if (again[ray].what == Stale::no) continue;
-      if (again[ray].what == Stale::all) which.push_back(ray);
-      if (again[ray].what == Stale::lights) ask_again(own, sample, ray, stale, out);
-      if (again[ray].what == Stale::tail) resume(own, sample, ray, again[ray].kept, stale, out);
+    which.clear();
+    if (around) {
+      stale.mark(own, sample, *around, scratch);
+      std::sort(scratch.stale().begin(), scratch.stale().end());
+      for (const uint32_t ray : scratch.stale()) {
+        const Stale again = scratch.of(ray);
+        if (again.what == Stale::all) which.push_back(ray);
+        if (again.what == Stale::lights) ask_again(own, sample, ray, stale, out);
+        if (again.what == Stale::tail) resume(own, sample, ray, again.kept, stale, out);
+      }
+    } else {
+      for (uint32_t ray = first; ray < hits_.shown(sample); ++ray) which.push_back(ray);
     }
     cast(own, sample, which, out);
     return out.rays.size() + out.relit.size() > before;
@@ -208,7 +211,7 @@ GatherHits::Cast GatherHits::set(const CastRays& found) {
       const auto places = std::span(found.places).subspan(first, chain.count);
       first += chain.count;
       same = same && chains_.is(chain_of(before), own, chain.end, chain.weight);
-      target = kChain + chains_.add(own, places, chain.end, chain.weight, chain.tip);
+      target = store(own, places, chain.end, chain.weight, chain.tip);
     } else {
       same = same && before == ray.target;
       target = ray.target;

@@ -2,6 +2,7 @@
 // What each sample's gather rays met: by ray a cell, a chain, or nothing.
 #pragma once
 #include <algorithm>
+#include <bit>
 #include <functional>
 #include <optional>
 #include <span>
@@ -64,9 +65,10 @@ class GatherHits {
   bool changed(size_t sample) const { return changed_[sample]; }
   void forget_changes() { std::fill(changed_.begin(), changed_.end(), uint8_t(0)); }
 
-  /// By ray of a sample: a cell, kDark, or kChain + index into chains(). While only the first parts
-  /// of its rays are up to date, only these are returned.
-  static constexpr uint32_t kChain = 0x80000000u;
+  /// By ray of a sample: a cell, kDark, or kChain + index into chains(), with kStraight if the
+  /// chain ends at its first hit. While only the first parts of its rays are up to date, only these
+  /// are returned.
+  static constexpr uint32_t kChain = 0x80000000u, kStraight = 0x40000000u;
   std::span<const uint32_t> targets(size_t sample) const {
     return std::span(targets_).subspan(rays_.first(sample), shown(sample));
   }
@@ -81,8 +83,25 @@ class GatherHits {
     return !in_beam_.empty() && in_beam_[place / 64] >> (place % 64) & 1;
   }
   static bool is_chain(uint32_t target) { return target >= kChain && target != kDark; }
-  static uint32_t chain_of(uint32_t target) { return target - kChain; }
+  static bool goes_on(uint32_t target) { return target - kChain < kStraight; }
+  static bool is_straight(uint32_t target) { return is_chain(target) && !goes_on(target); }
+  static uint32_t chain_of(uint32_t target) { return target & (kStraight - 1); }
   const ChainPool& chains() const { return chains_; }
+  /// The cell that a ray ends at, if not before.
+  uint32_t end_of(uint32_t target) const {
+    return is_chain(target) ? chains_.end(chain_of(target)) : target;
+  }
+  /// Calls visit(ray) for the sample's rays that are in a beam, ascending.
+  template <class Visit>
+  void each_in_beam(size_t sample, const Visit& visit) const {
+    const size_t first = rays_.first(sample), end = first + shown(sample);
+    if (in_beam_.empty() || first == end) return;
+    for (size_t word = first / 64; word <= (end - 1) / 64; ++word)
+      for (uint64_t bits = in_beam_[word]; bits; bits &= bits - 1)
+        if (const size_t place = 64 * word + size_t(std::countr_zero(bits));
+            place >= first && place < end)
+          visit(uint32_t(place - first));
+  }
   /// Prepares chains for reading by an Evaluation, see ChainPool::paint().
   void paint(const Paint& paint, const Workers& workers) { chains_.paint(paint, workers); }
   size_t bytes() const;
@@ -164,6 +183,12 @@ class GatherHits {
   }
   /// Number of the sample's rays that are up to date.
   uint32_t shown(size_t sample) const { return rays_of(sample, parts_[sample]); }
+  /// Stores a chain and returns the target of its ray.
+  uint32_t store(std::span<const Vertex> vertices, std::span<const Place> places, uint32_t end,
+                 float weight, Vec3f tip) {
+    return kChain + (vertices.front().is_of_end() ? kStraight : 0) +
+           chains_.add(vertices, places, end, weight, tip);
+  }
   /// Stores results. Returns how many there are, and differ from what was stored.
   Cast set(const CastRays& found);
 

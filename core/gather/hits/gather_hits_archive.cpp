@@ -220,9 +220,8 @@ void GatherHits::restore_samples(size_t first_sample, size_t last_sample, Archiv
       if (k && own[k - 1].is_of_end() && !own[k].is_of_end())
         refuse(kVertices, "found a chain that goes on behind its end");
     }
-    target = kChain + chains_.add(std::span(own).first(record.count),
-                                  std::span(own_places).first(record.count), record.end,
-                                  record.weight, record.tip);
+    target = store(std::span(own).first(record.count), std::span(own_places).first(record.count),
+                   record.end, record.weight, record.tip);
   }
   if (records.left()) refuse(kChains, "holds chains that no ray has");
   if (vertices.left()) refuse(kVertices, "is too long");

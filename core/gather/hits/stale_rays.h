@@ -38,37 +38,69 @@ class StaleRays {
   };
   Around around(const Box& chains) const;
 
-  /// Memory of mark(), which a thread uses again for its next sample.
-  struct Scratch {
-    std::vector<uint32_t> chained, passing;  ///< rays: with a chain; that may be hidden now
-    trace::Ways tips, landings;              ///< where the chains end, and where those rays land
+  /// What mark() found; memory, which a thread uses again for its next sample.
+  class Scratch {
+   public:
+    /// The rays that something is to be done about, in any order.
+    std::span<const uint32_t> stale() const { return stale_; }
+    std::span<uint32_t> stale() { return stale_; }
+    Stale of(uint32_t ray) const { return again_[ray]; }
+
+   private:
+    friend class StaleRays;
+    void clear(size_t rays) { again_.assign(rays, Stale{}), stale_.clear(); }
+    bool casts(uint32_t ray) const { return again_[ray].what == Stale::all; }
+    void mark(uint32_t ray, Stale what) {
+      if (what.what == Stale::no || casts(ray)) return;
+      if (again_[ray].what == Stale::no) stale_.push_back(ray);
+      again_[ray] = what;
+    }
+    std::vector<Stale> again_;     // by ray
+    std::vector<uint32_t> stale_;  // rays
+    std::vector<uint32_t> which_;  // rays that are tested together
+    trace::Ways ways_;             // of these
   };
-  /// Sets again[ray] to what to do about what the ray met. `around`: of the sample's chains, or of
-  /// more.
-  void mark(const SampleRays& rays, size_t sample, const Around& around, Scratch& scratch,
-            std::vector<Stale>& again) const;
+  /// Finds what to do about a sample's rays. `around`: of the sample's chains, or of more.
+  void mark(const SampleRays& rays, size_t sample, const Around& around, Scratch& scratch) const;
   /// Why a vertex of a chain asks again that is not cast again there.
   Renewal renewal(const Vertex& vertex, const direct::Receiver& at) const;
 
  private:
-  /// Finds what to do about rays that meet a cell.
-  void judge_cells();
-  /// Does what mark() does, for the rays with a chain, but for those towards points that moved.
-  void mark_chains(const SampleRays& rays, size_t sample, const Around& around, Scratch& scratch,
-                   std::vector<Stale>& again) const;
-  /// Whether something that moved is now before the first hit of a chain. `apart`: see Around.
-  bool is_hidden(const SampleRays& rays, uint32_t ray, uint32_t chain, bool apart) const;
+  using Ball = BodyCells::Ball;
+  /// Finds the cells where what moved may shade beams, or did.
+  void find_shaded_beams();
+  /// Finds the balls that hold all that moved, and its shadows.
+  void find_balls();
+  /// Marks rays that depend on beams of lamps that changed.
+  void mark_placed(size_t sample, Scratch& scratch) const;
+  /// Marks rays that depend on beams which may be shaded where they land, or were.
+  void mark_in_beams(size_t sample, const Around& around, Scratch& scratch) const;
+  /// Marks rays whose chains go on behind their first hit.
+  void mark_bent(const SampleRays& rays, size_t sample, const Around& around,
+                 Scratch& scratch) const;
+  /// Of the other rays towards a ball, marks those that met what moved, or meet it now.
+  void mark_met(const SampleRays& rays, size_t sample, const trace::MovedObject& moved,
+                const Ball& ball, Scratch& scratch) const;
+  /// Of the other rays towards a ball, marks those that ask a sun again.
+  void mark_shaded(const SampleRays& rays, size_t sample, const Ball& ball, Scratch& scratch) const;
+  /// Where the chains of these rays end.
+  void find_tips(std::span<const uint32_t> which, size_t sample, trace::Ways& tips) const;
+  /// Marks tips that the change may shade, or shaded.
+  void mark_shadows(std::span<const uint32_t> lights, trace::Ways& tips) const;
+  /// Whether the object is now before the first hit of a ray.
+  bool hides(const trace::MovedObject& moved, const SampleRays& rays, uint32_t ray,
+             Vec3f hit) const;
   /// Whether a ray meets the object now, wherever it lands.
-  bool meets(const SampleRays& rays, uint32_t ray, const trace::MovedObject& moved) const;
-  /// Marks rays without a chain that are hidden by a moved object now.
-  void mark_hidden(const SampleRays& rays, size_t sample, const trace::MovedObject& moved,
-                   Scratch& scratch, std::vector<Stale>& again) const;
+  bool meets(const trace::MovedObject& moved, const SampleRays& rays, uint32_t ray) const;
   /// Whether the change may have shaded a point between a chain's segments from a beam.
   bool bends_shaded(uint32_t chain) const;
-  bool touches_beams(const Box& points) const;
-  /// What to do about a chain, if nothing new hides its first hit, and if beams still shine where
-  /// it depends on them.
-  Stale gone(uint32_t chain, bool in_beam, const Around& around) const;
+  template <class Points>
+  bool touches_beams(const Points& points) const;
+  /// What to do about a chain that goes on behind its first hit, if nothing new hides that, and if
+  /// beams still shine where the chain depends on them.
+  Stale bent(uint32_t chain, bool in_beam, const Around& around) const;
+  /// The same where its way is as before. `apart`: see Around.
+  Stale asking(uint32_t chain, bool apart) const;
   /// Of a chain that goes on behind its first hit: what the change may touch there.
   Stale touched(uint32_t chain, const Around& around) const;
   /// Whether the cell is one of an object that was moved.
@@ -83,15 +115,16 @@ class StaleRays {
   const Change& change_;
   trace::ChangeTest test_;
   std::vector<std::pair<uint32_t, uint32_t>> own_;  // cell ranges of the changed objects
-  bool suns_;                // whether one of the suns that are asked at hits changed
-  bool keeps_ways_;          // whether chains can ask lights again without being cast again
-  direct::Shapes changed_;   // of the lights that changed, before and after
-  bool everywhere_ = false;  // whether these may matter anywhere
-  uint64_t placed_;          // one bit per beam: its lamp changed
-  std::vector<BodyCells::Ball> landing_;  // by cell, see each_landing(); empty if nothing moved
-  /// Which rays that meet a cell are cast again.
-  enum Met : uint8_t { none, in_beams, all };
-  std::vector<Met> met_;  // by cell, and for what is none
+  std::vector<uint32_t> beam_lights_;               // by beam
+  bool suns_;                  // whether one of the suns that are asked at hits changed
+  bool keeps_ways_;            // whether chains can ask lights again without being cast again
+  direct::Shapes changed_;     // of the lights that changed, before and after
+  bool everywhere_ = false;    // whether these may matter anywhere
+  uint64_t placed_;            // one bit per beam: its lamp changed
+  std::vector<Ball> landing_;  // by cell, see each_landing(); empty if nothing moved
+  std::vector<uint8_t> in_shaded_beam_;    // by cell, see find_shaded_beams()
+  std::vector<std::vector<Ball>> passed_;  // by changed object: around all that it passed
+  std::vector<Ball> shaded_;               // around what suns are shaded from, or were
 };
 
 }  // namespace deltalux::gather

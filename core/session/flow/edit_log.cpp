@@ -93,16 +93,26 @@ void EditLog::place_objects() {
     if (!differs(i)) continue;
     const bool fresh = i >= old_objects_.size();
     if (!fresh) old_structures_.push_back(s_.caster->save_object(i));
-    changes_.push_back({i, fresh ? Box{} : s_.caster->object_bounds(i), {}});
+    ObjectChange& change = changes_.emplace_back(i);
+    if (fresh) continue;
+    change.before = s_.caster->object_bounds(i);
+    change.parts_before = s_.caster->part_bounds(i);
   }
   for (const ObjectChange& change : changes_) s_.caster->update_object(s_.scene, change.object);
   // All objects must be there before: new ones may widen the bounds of others.
-  for (ObjectChange& change : changes_) change.after = s_.caster->object_bounds(change.object);
+  for (ObjectChange& change : changes_) {
+    change.after = s_.caster->object_bounds(change.object);
+    change.parts_after = s_.caster->part_bounds(change.object);
+  }
 }
 
 void EditLog::find_change() {
-  for (const ObjectChange& c : changes_)
-    change_.objects.push_back({c.object, boxes_of({&c, 1}), c.after});
+  for (const ObjectChange& c : changes_) {
+    std::vector<Box> parts = c.parts_before;
+    parts.insert(parts.end(), c.parts_after.begin(), c.parts_after.end());
+    change_.objects.push_back(
+        {c.object, boxes_of({&c, 1}), c.after, std::move(parts), c.parts_after});
+  }
   change_.lights.assign(s_.lights.size(), 0);
   for (const auto& [l, before] : old_placed_) {
     change_.lights[l] = !trace::sends_alike(before, s_.lights[l]);

@@ -13,6 +13,7 @@ namespace deltalux::session {
 struct ObjectChange {
   uint32_t object = scene::kNone;
   Box before, after;
+  std::vector<Box> parts_before{}, parts_after{};  ///< tighter, see RayCaster::part_bounds()
 };
 
 /// All boxes of `changes` that are not empty.

@@ -51,6 +51,25 @@ def test_what_hides_the_places_that_rays_reached_since_the_bake():
             equals_recompute(session)
 
 
+def test_what_moves_aside_before_the_sky():
+    """A stick moves by many times its width: rays that met nothing meet it, others meet it no more."""
+    scene = dl.Scene(
+        [
+            dl.Mesh("floor", FLOOR, [(0, 2, 1), (0, 3, 2)], "grey"),
+            dl.Mesh("stick", *box((0.02, 0.02, 0.9)), "grey", pose=translation(0, 0.3, 0), movable=True),
+        ],
+        [dl.Material("grey", (0.7, 0.7, 0.7))],
+        [dl.PointLight("bulb", (0.2, 0.1, 0), (1, 1, 1))],
+    )
+    place = [(0.05 * k, 0.0, 0.02 * k) for k in range(-10, 11)]
+    with dl.Session(scene, dl.Samples(place, (0, 1, 0)), paths=20_000, gather=1024) as session:
+        session.bake()
+        for x in (0.1, 0.3, -0.1, 0.15, -0.6):
+            session.move("stick", translation(x, 0.3, 0))
+            assert session.update().changed_rays > 100
+            equals_recompute(session)
+
+
 @pytest.mark.parametrize("direct", ["paths", "sampled"])
 def test_a_lamp_post_whose_bulb_is_outside_the_scenes_box(direct):
     """Outlines of segments that reach beyond the scan's grid must still find what they meet."""
