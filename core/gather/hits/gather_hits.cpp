@@ -350,7 +350,10 @@ GatherHits::Cast GatherHits::follow(const Context& context, const Workers& worke
       const size_t to = std::min(samples(), from + (end - begin));
       if (from >= to) return;
       // Test many samples at once, since most are far from the change.
-      const StaleRays::Around around = stale.around(near_[task.block]);
+      Box all_near;
+      for (size_t i = from; i < to; ++i) all_near.grow(near_[i]);
+      const bool apart = stale.is_apart(all_near);
+      StaleRays::Around around;
       for (size_t i = from; i < to; ++i) {
         // Samples that only recast some rays are processed together with the first part of the
         // others.
@@ -358,15 +361,15 @@ GatherHits::Cast GatherHits::follow(const Context& context, const Workers& worke
         if (!all && (task.part > 0 || caster.blind(i))) continue;
         if (all && task.part == 0) renew(i);
         if (all) parts_[i] = uint8_t(task.end);
-        changed_[i] |= caster.renew(i, rays_of(i, task.part), stale, all ? nullptr : &around,
-                                    found[begin / grain]);
+        CastRays& own = found[begin / grain];
+        const size_t before = own.vertices.size();
+        if (!all) stale.look_around(near_[i], apart, around);
+        changed_[i] |= caster.renew(i, rays_of(i, task.part), stale, all ? nullptr : &around, own);
+        own.grow_by_bends(before, near_[i]);
       }
     });
     progress.advance(step);
-    for (size_t i = 0; i < found.size(); ++i) {
-      cast += set(found[i]);
-      near_[order[first + i * grain / kBlock].block].grow(found[i].bends());
-    }
+    for (const CastRays& own : found) cast += set(own);
     pending_->done += step;
     next.took(watch.milliseconds());
   } while (pending_->done < order.size() && more());
@@ -376,12 +379,12 @@ GatherHits::Cast GatherHits::follow(const Context& context, const Workers& worke
 
 void GatherHits::bound_chains(const Context& context, const Workers& workers) {
   const bool all = near_.empty();
-  near_.resize((samples() + kBlock - 1) / kBlock);
-  workers.for_blocks(near_.size(), kGrain, [&](size_t begin, size_t end) {
-    for (size_t i = begin * kBlock; i < std::min(samples(), end * kBlock); ++i) {
+  near_.resize(samples());
+  workers.for_blocks(samples(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
       const direct::Receiver& receiver = context.receivers[i];
       if (receiver.normal == Vec3f{}) continue;  // casts no rays
-      Box& own = near_[i / kBlock];
+      Box& own = near_[i];
       own.grow(receiver.point + receiver.normal * receiver.slack());
       for (size_t place = rays_.first(i); all && place < rays_.first(i + 1); ++place)
         if (is_chain(targets_[place]))

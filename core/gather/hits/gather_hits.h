@@ -167,12 +167,11 @@ class GatherHits {
       vertices.insert(vertices.end(), chain.vertex.begin(), chain.vertex.begin() + chain.count);
       places.insert(places.end(), chain.place.begin(), chain.place.begin() + chain.count);
     }
-    /// Bounds of all segments of the new chains but the first and last.
-    Box bends() const {
-      Box out;
-      for (size_t k = 0; k < vertices.size(); ++k)
-        if (!vertices[k].is_of_end()) out.grow(places[k].point());
-      return out;
+    /// Grows a box by all segments but the first and last of the chains whose vertices come from
+    /// this one on.
+    void grow_by_bends(size_t first, Box& box) const {
+      for (size_t k = first; k < vertices.size(); ++k)
+        if (!vertices[k].is_of_end()) box.grow(places[k].point());
     }
     Cast asked;  ///< chains that cast rays to lights again, and how many of these brought another
   };
@@ -202,8 +201,8 @@ class GatherHits {
   std::vector<uint8_t> parts_;     // by sample: the number of parts of its rays that are up to date
   ChainPool chains_;
   std::optional<Pending> pending_;
-  // By block of samples: bounds of all segments of its chains but the last, past ones included.
-  // Empty before bound_chains().
+  // By sample: bounds of all segments of its chains but the last, past ones included. Empty before
+  // bound_chains().
   std::vector<Box> near_;
 };
 

@@ -120,15 +120,21 @@ bool StaleRays::bends_shaded(uint32_t chain) const {
   return !bends.empty() && touches_beams(bends);
 }
 
-StaleRays::Around StaleRays::around(const Box& chains) const {
-  Around out{true, chains.centre(), {}};
-  if (chains.empty()) return out;
-  out.apart = !test_.touches(chains) && !lit_by_changed(chains);
-  for (uint32_t light = 0; light < context_.lights.size() && out.apart; ++light)
-    out.apart = !test_.shades(light, chains);
-  const Vec3f half = max(chains.high - out.from, out.from - chains.low);
-  for (const Box& box : test_.boxes()) out.wider.push_back({box.low - half, box.high + half});
-  return out;
+bool StaleRays::is_apart(const Box& chains) const {
+  if (chains.empty()) return true;
+  bool apart = !test_.touches(chains) && !lit_by_changed(chains);
+  for (uint32_t light = 0; light < context_.lights.size() && apart; ++light)
+    apart = !test_.shades(light, chains);
+  return apart;
+}
+
+void StaleRays::look_around(const Box& chains, bool apart, Around& around) const {
+  around.apart = apart || is_apart(chains);
+  around.from = chains.centre();
+  around.wider.clear();
+  if (chains.empty()) return;
+  const Vec3f half = max(chains.high - around.from, around.from - chains.low);
+  for (const Box& box : test_.boxes()) around.wider.push_back({box.low - half, box.high + half});
 }
 
 void StaleRays::mark(const SampleRays& rays, size_t sample, const Around& around,

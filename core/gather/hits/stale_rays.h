@@ -31,12 +31,14 @@ class StaleRays {
   /// What the change leaves of chains whose segments but the last are within a box.
   struct Around {
     /// Whether the change misses these segments, and all shadow rays at their vertices.
-    bool apart;
+    bool apart = true;
     /// For all of them, where a last segment starts, and what it would have to miss from there.
-    Vec3f from;
-    std::vector<Box> wider;
+    Vec3f from{};
+    std::vector<Box> wider{};
   };
-  Around around(const Box& chains) const;
+  bool is_apart(const Box& chains) const;
+  /// Sets what `around` tells; `apart`: if that is known.
+  void look_around(const Box& chains, bool apart, Around& around) const;
 
   /// What mark() found; memory, which a thread uses again for its next sample.
   class Scratch {
