@@ -12,8 +12,8 @@ FUZZ_TARGETS ?= gltf obj session viewer cli
 SOAK_MINUTES ?= 60
 BROWSER ?= chromium fonts-dejavu-core
 VALIDATOR := $(VENV)/node/node_modules/gltf-validator
-# The tests of a file share what they bake: one process runs them.
-PYTEST = $(BIN)/pytest -n $(JOBS) --dist worksteal
+# One process more than processors: some tests wait, for a browser or for clients.
+PYTEST = $(BIN)/pytest -n $$(($(JOBS) + 1)) --dist worksteal
 
 CPP_FILES = $(shell git ls-files -co --exclude-standard '*.cpp' '*.h')
 SOURCES := $(shell find core bindings python -type f \
