@@ -88,6 +88,11 @@ inline Vec3f turned(Vec3f local, Vec3f n) {
   return u * local.x + v * local.y + n * local.z;
 }
 
+/// Half of the surface of a box.
+inline float half_area(Vec3f extent) {
+  return extent.x * extent.y + extent.y * extent.z + extent.z * extent.x;
+}
+
 /// Bound of the rounding errors of a ray's origin or end near a surface at `p`: 32 rounding errors
 /// of single precision (24 bits), for coordinates and for distances of the same magnitude.
 inline float position_slack(Vec3f p) {
@@ -109,6 +114,7 @@ struct Box {
   Vec3f centre() const { return (low + high) * 0.5f; }
   Vec3f extent() const { return empty() ? Vec3f{} : high - low; }
   float diagonal() const { return length(extent()); }
+  float half_area() const { return deltalux::half_area(extent()); }
   /// Largest absolute coordinate; 0 if empty.
   float reach() const {
     if (empty()) return 0;

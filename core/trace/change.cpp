@@ -58,11 +58,11 @@ ChangeTest::ChangeTest(const Change& change, std::span<const Light> lights, floa
     parts_.insert(parts_.end(), parts.begin(), parts.end());
   }
   if (parts_.size() == boxes_.size()) parts_.clear();
-  for (const Light& light : lights) {
+  for (const Light& light : lights)
     for (const Box& box : boxes_) shadows_.emplace_back(light, box, slack);
-    if (lights.size() * parts_.size() > kMaxPartShadows) continue;
+  if (lights.size() * parts_.size() > kMaxPartShadows) return;
+  for (const Light& light : lights)
     for (const Box& part : parts_) parts_shadows_.emplace_back(light, part, slack);
-  }
 }
 
 bool ChangeTest::moves(uint32_t object) const {

@@ -9,18 +9,23 @@
 namespace deltalux::trace {
 namespace {
 
-constexpr float kWorth = 0.01f;     // what one more part costs, in units of the whole box's surface
-constexpr size_t kLeaves = 32;      // parts that are tried
+constexpr float kWorth = 0.01f;  // what one more part costs, in units of the whole box's surface
+constexpr size_t kLeaves = 32;   // parts that are tried
+constexpr size_t kBins = 32;
 constexpr float kSmallest = 1e-3f;  // smaller parts, in these units, are not halved
-
-float surface(const Box& box) {
-  const Vec3f e = box.extent();
-  return e.x * e.y + e.y * e.z + e.z * e.x;
-}
 
 struct Triangle {
   Box box;
   Vec3f centre;
+};
+
+/// Triangles whose centres lie between two planes.
+struct Bin {
+  Box box{};
+  size_t count = 0;
+  void add(const Box& own) { box.grow(own), ++count; }
+  void add(const Bin& own) { box.grow(own.box), count += own.count; }
+  float cost() const { return box.half_area() * float(count); }
 };
 
 /// The tree of parts and their halves.
@@ -36,7 +41,7 @@ class Tree {
       const auto largest = std::max_element(
           leaves.begin(), leaves.end(), [&](size_t a, size_t b) { return reach(a) < reach(b); });
       if (!(reach(*largest) > kSmallest * whole_)) break;
-      nodes_[*largest].half = halve(*largest);
+      if (!halve(*largest)) continue;
       *largest = nodes_[*largest].half;
       leaves.push_back(*largest + 1);
     }
@@ -61,46 +66,51 @@ class Tree {
   struct Node {
     std::vector<uint32_t> own;
     float surface;
+    bool whole = false;                           ///< cannot be halved
     size_t half = 0;                              ///< of two, the first node; 0: it is not halved
     std::array<float, Parts::kMost + 1> least{};  ///< cost of its best division in at most so many
   };
   void add(std::vector<uint32_t> own) {
     Box box;
     for (const uint32_t i : own) box.grow(triangles_[i].box);
-    nodes_.push_back({std::move(own), surface(box)});
+    nodes_.push_back({std::move(own), box.half_area()});
   }
-  /// The surface of what can be halved.
-  float reach(size_t node) const {
-    return nodes_[node].own.size() < 2 ? 0.0f : nodes_[node].surface;
-  }
-  /// Adds the best halves, in the order of centres along one axis: of those with the least surface
-  /// alone, most would be single triangles.
-  size_t halve(size_t node) {
-    std::vector<uint32_t> own = nodes_[node].own, best;
-    size_t middle = 0;
+  /// The surface of what may be halved.
+  float reach(size_t node) const { return nodes_[node].whole ? 0.0f : nodes_[node].surface; }
+  /// Adds the best halves by planes through an axis, as between the bins of Wald 2007 (IEEE RT); of
+  /// those with the least surface alone, most would be single triangles. False if all centres are
+  /// in one place.
+  bool halve(size_t node) {
+    const std::vector<uint32_t> own = nodes_[node].own;
+    Box centres;
+    for (const uint32_t i : own) centres.grow(triangles_[i].centre);
+    int best_axis = 0;
+    size_t best = 0;
     float least = std::numeric_limits<float>::infinity();
-    std::vector<float> behind(own.size());
+    const auto bin_of = [&](uint32_t i, int axis) {
+      const float from = centres.low[axis], length = centres.high[axis] - from;
+      return std::min(kBins - 1, size_t(kBins * ((triangles_[i].centre[axis] - from) / length)));
+    };
     for (int axis = 0; axis < 3; ++axis) {
-      std::sort(own.begin(), own.end(), [&](uint32_t a, uint32_t b) {
-        const float p = triangles_[a].centre[axis], q = triangles_[b].centre[axis];
-        return p != q ? p < q : a < b;
-      });
-      Box box;
-      for (size_t i = own.size(); i-- > 0;) {
-        box.grow(triangles_[own[i]].box);
-        behind[i] = surface(box) * float(own.size() - i);
-      }
-      box = {};
-      for (size_t i = 1; i < own.size(); ++i) {
-        box.grow(triangles_[own[i - 1]].box);
-        if (const float sum = surface(box) * float(i) + behind[i]; sum < least)
-          least = sum, middle = i, best = own;
+      if (!(centres.low[axis] < centres.high[axis])) continue;
+      std::array<Bin, kBins> bins;
+      for (const uint32_t i : own) bins[bin_of(i, axis)].add(triangles_[i].box);
+      std::array<float, kBins> behind;
+      Bin sum;
+      for (size_t i = kBins; i-- > 0;) sum.add(bins[i]), behind[i] = sum.cost();
+      sum = {};
+      for (size_t i = 1; i < kBins; ++i) {
+        sum.add(bins[i - 1]);
+        if (const float cost = sum.cost() + behind[i]; cost < least)
+          least = cost, best_axis = axis, best = i;
       }
     }
-    const size_t first = nodes_.size();
-    add({best.begin(), best.begin() + long(middle)});
-    add({best.begin() + long(middle), best.end()});
-    return first;
+    if (!best) return nodes_[node].whole = true, false;
+    std::vector<uint32_t> below, above;
+    for (const uint32_t i : own) (bin_of(i, best_axis) < best ? below : above).push_back(i);
+    nodes_[node].half = nodes_.size();
+    add(std::move(below)), add(std::move(above));
+    return true;
   }
   void weigh(Node& node) const {
     node.least.fill(node.surface);

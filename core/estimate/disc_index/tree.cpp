@@ -34,11 +34,6 @@ struct BinaryNode {
   bool leaf() const { return left == 0; }
 };
 
-float half_area(const Box& box) {
-  const Vec3f e = box.extent();
-  return e.x * e.y + e.y * e.z + e.z * e.x;
-}
-
 /// A leaf with three discs costs as much as a full one.
 float leaf_count(uint32_t discs) { return float((discs + kLanes - 1) / kLanes); }
 
@@ -119,12 +114,12 @@ class Builder {
       uint32_t discs = 0;
       for (int b = kBins - 1; b > 0; --b) {
         side.grow(box[axis][b]), discs += count[axis][b];
-        right_cost[b] = discs ? half_area(side) * leaf_count(discs) : kInfinity;
+        right_cost[b] = discs ? side.half_area() * leaf_count(discs) : kInfinity;
       }
       side = Box(), discs = 0;
       for (int b = 0; b + 1 < kBins; ++b) {
         side.grow(box[axis][b]), discs += count[axis][b];
-        const float cost = half_area(side) * leaf_count(discs) + right_cost[b + 1];
+        const float cost = side.half_area() * leaf_count(discs) + right_cost[b + 1];
         if (discs && cost < best_cost) best_cost = cost, best = {axis, b};
       }
     }
@@ -152,7 +147,7 @@ void weigh(std::vector<BinaryNode>& nodes) {
     if (node.leaf()) continue;
     std::fill_n(node.cost, kLanes + 1, kInfinity);
     for (int k = 2; k <= kLanes; ++k) share_lanes(node, nodes[node.left], nodes[node.right], k);
-    node.cost[1] = half_area(node.box) + node.cost[kLanes];
+    node.cost[1] = node.box.half_area() + node.cost[kLanes];
     node.taken[1] = 1;
     for (int k = 2; k < kLanes; ++k)
       if (node.cost[k - 1] <= node.cost[k]) {

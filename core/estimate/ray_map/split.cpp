@@ -10,8 +10,6 @@ namespace {
 constexpr size_t kMaxLooked = 64;  // queries that represent all
 constexpr int kPlanes = 9;         // per axis
 
-float half_area(Vec3f e) { return e.x * e.y + e.y * e.z + e.z * e.x; }
-
 }  // namespace
 
 SplitChoice choose_split(std::span<const Box> boxes, std::span<const uint32_t> queries,

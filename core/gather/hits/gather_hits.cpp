@@ -17,7 +17,6 @@ namespace {
 constexpr size_t kGrain = 64;      // samples per task of a thread
 constexpr size_t kTogether = 16;   // rays that are cast before their cells are looked up
 constexpr size_t kPortion = 2048;  // samples whose rays are cast before they are stored
-constexpr size_t kMaxPassed = 6;   // boxes kept per object; more are merged
 
 // The following constants are for updates. Samples on moved objects cast all their rays, most
 // others none.

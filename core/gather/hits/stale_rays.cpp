@@ -100,11 +100,12 @@ void StaleRays::find_shaded_beams() {
 void StaleRays::find_balls() {
   for (const trace::MovedObject& moved : change_.scene.objects)
     passed_.push_back(balls_around(moved.passed));
+  // Where rays land is rounded.
+  const Box world = context_.scene.world().padded(trace::shadow_slack(context_.caster));
   std::vector<Box> shaded;
   for (const uint32_t sun : context_.suns.lights())
     for (const trace::ShadowVolume& shadow : test_.shadows_of(sun))
-      if (const Box box = shadow.bounds(context_.scene.world()); !box.empty())
-        shaded.push_back(box);
+      if (const Box box = shadow.bounds(world); !box.empty()) shaded.push_back(box);
   shaded_ = balls_around(shaded);
 }
 

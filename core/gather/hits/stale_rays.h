@@ -44,7 +44,6 @@ class StaleRays {
   class Scratch {
    public:
     /// The rays that something is to be done about, in any order.
-    std::span<const uint32_t> stale() const { return stale_; }
     std::span<uint32_t> stale() { return stale_; }
     Stale of(uint32_t ray) const { return again_[ray]; }
 

@@ -94,7 +94,7 @@ def test_furnace_of_other_reflectances(direct, size, reflectance):
     [
         *((direct, "edges", 1) for direct in MODES),
         ("gather", "corners", 1),
-        *(slow(direct, "corners", 12) for direct in MODES if direct != "gather"),
+        *(slow(direct, "corners", 12) for direct in MODES),
     ],
 )
 def test_furnace_at_edges_and_corners(direct, place, seeds):
