@@ -2,14 +2,48 @@
 // Bindings of scenes, which are filled from arrays, object by object.
 #include "scene/scene.h"
 
+#include <nanobind/stl/shared_ptr.h>
+
+#include <cstring>
+
+#include "base/error.h"
 #include "common.h"
 #include "lights/kinds.h"
 #include "surfaces/kinds.h"
+#include "surfaces/textured.h"
 #include "trace/lights.h"
 
 namespace deltalux::python {
 
 using scene::Scene;
+using surfaces::Texture;
+using Texels =
+    nb::ndarray<const uint8_t, nb::numpy, nb::shape<-1, -1, 4>, nb::c_contig, nb::device::cpu>;
+
+std::shared_ptr<Texture> make_texture(const Texels& given) {
+  const size_t height = given.shape(0), width = given.shape(1);
+  if (!width || !height) throw SceneError("texture: found no texels, expected some");
+  std::vector<Texture::Texel> texels(width * height);
+  std::memcpy(texels.data(), given.data(), texels.size() * sizeof(Texture::Texel));
+  return std::make_shared<Texture>(uint32_t(width), uint32_t(height), texels);
+}
+
+surfaces::Wrap wrap_named(const std::string& name) {
+  if (name == "clamp") return surfaces::Wrap::clamp;
+  return name == "mirror" ? surfaces::Wrap::mirror : surfaces::Wrap::repeat;
+}
+
+/// Gives the last material a texture: its mapping, and the mean that the reflectance stands for.
+void set_texture(Scene& scene, std::shared_ptr<const Texture> texture,
+                 const std::array<std::string, 2>& wrap, bool nearest,
+                 const std::array<std::array<float, 3>, 2>& matrix, std::array<float, 3> mean) {
+  surfaces::TextureMap map{std::move(texture), matrix, {}, {}};
+  map.sampler = {{wrap_named(wrap[0]), wrap_named(wrap[1])}, nearest};
+  // Of a darker mean, rounding leaves little, and products of gains could overflow.
+  constexpr float kLeastMean = 1e-3f;
+  for (size_t c = 0; c < 3; ++c) map.gain[int(c)] = mean[c] >= kLeastMean ? 1 / mean[c] : 0.0f;
+  scene.materials.back() = surfaces::textured(scene.materials.back(), std::move(map));
+}
 
 scene::Object make_object(const std::string& name, const Rows<float, 3>& vertices,
                           const Rows<uint32_t, 3>& triangles, const Column<uint32_t>& material,
@@ -40,6 +74,7 @@ void bind_scene(nb::module_& m) {
         new (self) scene::Object(
             make_object(name, vertices, triangles, material, group, movable, pose, texture));
       });
+  nb::class_<Texture>(m, "Texture", nb::is_weak_referenceable()).def(nb::new_(&make_texture));
   nb::class_<Scene>(m, "Scene")
       .def(nb::init<>())
       .def("add_material",
@@ -53,6 +88,7 @@ void bind_scene(nb::module_& m) {
                                     std::move(parameters),
                                     name});
            })
+      .def("set_texture", &set_texture)
       .def("add_object", [](Scene& s, const scene::Object& object) { s.objects.push_back(object); })
       .def("add_light",
            [](Scene& s, const std::string& name, const std::string& kind,

@@ -70,9 +70,10 @@ struct VoxelHash {
 template <class Visit>
 void each_voxel(const Box& box, double padding, int level, const Visit& visit) {
   Voxel low, high;
+  const double per_edge = std::ldexp(1.0, -level - 1);
   for (size_t k = 0; k < 3; ++k) {
-    low[k] = int64_t(std::floor(std::ldexp(double(box.low[int(k)]) - padding, -level - 1)));
-    high[k] = int64_t(std::floor(std::ldexp(double(box.high[int(k)]) + padding, -level - 1)));
+    low[k] = int64_t(std::floor((double(box.low[int(k)]) - padding) * per_edge));
+    high[k] = int64_t(std::floor((double(box.high[int(k)]) + padding) * per_edge));
   }
   for (int64_t x = low[0]; x <= high[0]; ++x)
     for (int64_t y = low[1]; y <= high[1]; ++y)

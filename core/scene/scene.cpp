@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <set>
 
 #include "base/assertion.h"
 #include "base/error.h"
+#include "surfaces/texture.h"
 
 namespace deltalux::scene {
 namespace {
@@ -53,26 +55,6 @@ float plane_slack(const Object& object, const std::array<uint32_t, 3>& triangle)
     for (int i = 0; i < 3; ++i) far = std::max(far, std::fabs(corner[i]));
   const double slack = area > 0 ? kRounding * terms / area : kMaxShare * longest;
   return float(std::min(slack, kMaxShare * longest) + kRounding * far);
-}
-
-/// Refuses an object without the texture coordinates that its surfaces read.
-void check_texture(const Object& object, const std::vector<Material>& materials) {
-  const std::string what = "mesh \"" + object.name + "\": ";
-  if (!object.texture.empty() && object.texture.size() != object.triangles.size())
-    throw SceneError(what + "expected texture coordinates of each triangle, or none");
-  for (size_t t = 0; t < object.triangles.size(); ++t) {
-    const Material& material = materials[object.material[t]];
-    if (material.kind->reads() != surfaces::Reads::texture) continue;
-    bool given = !object.texture.empty();
-    for (int k = 0; given && k < 3; ++k)
-      given = std::isfinite(object.texture[t][size_t(k)][0]) &&
-              std::isfinite(object.texture[t][size_t(k)][1]);
-    if (!given)
-      throw SceneError(
-          what + "found triangle " + std::to_string(t) +
-          " without texture coordinates, expected some, which the surface of material \"" +
-          material.name + "\" reads");
-  }
 }
 
 CoincidentFaces coincident_of(const std::vector<Face>& body) {
@@ -143,7 +125,8 @@ void Scene::check(const Object& object, uint32_t groups) const {
     throw SceneError(what + "expected one material and one group per triangle");
   for (uint32_t g : object.group)
     if (g >= groups) throw SceneError(what + "a light group is out of range");
-  check_texture(object, materials);
+  if (!object.texture.empty() && object.texture.size() != object.triangles.size())
+    throw SceneError(what + "expected texture coordinates of each triangle, or none");
   for (const Vec3f& v : object.vertices)
     if (!std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z))
       throw SceneError(what + "found a vertex that is not finite, expected finite numbers");
@@ -152,20 +135,30 @@ void Scene::check(const Object& object, uint32_t groups) const {
 void Scene::number(Object& object) {
   const uint64_t next = uint64_t(primitives_) + object.triangles.size();
   if (next >= kNone) throw SceneError("scene: more than 4e9 triangles");
-  object.first_primitive = primitives_;
+  const bool mapped = !corners_.empty() || !object.texture.empty();
   primitive_.reserve(next);
+  if (mapped) corners_.reserve(next);
+  object.first_primitive = primitives_;
   for (size_t t = 0; t < object.triangles.size(); ++t)
     primitive_.push_back({object.material[t], plane_slack(object, object.triangles[t])});
   primitives_ = uint32_t(next);
+  if (!mapped) return;
+  corners_.resize(object.first_primitive);
+  for (const auto& own : object.texture) corners_.push_back({own});
+  corners_.resize(primitives_);
 }
 
 void Scene::finish() {
   primitives_ = static_primitives_ = 0;
-  primitive_.clear();
+  primitive_.clear(), corners_.clear();
   object_of_static_.clear();
   size_t triangles = 0;
   for (const Object& object : objects) triangles += object.triangles.size();
-  primitive_.reserve(triangles);  // reserve once: number() would reallocate for every object
+  // Reserve once: number() would reallocate for every object.
+  primitive_.reserve(triangles);
+  if (std::any_of(objects.begin(), objects.end(),
+                  [](const Object& object) { return !object.texture.empty(); }))
+    corners_.reserve(triangles);
   bool seen_movable = false;
   for (size_t i = 0; i < objects.size(); ++i) {
     Object& object = objects[i];
@@ -186,8 +179,6 @@ void Scene::finish() {
     transmits_ |= material.kind->transmits(material);
     const std::string what = "material \"" + material.name + "\": found ";
     if (const char* flaw = material.kind->flaw(material.parameters)) throw SceneError(what + flaw);
-    if (!material.admits(material.reflectance))
-      throw SceneError(what + "a reflectance that exceeds 1 where the surface is brightest");
   }
   for (const PunctualLight& light : lights) {
     if (!light.kind) throw SceneError("light \"" + light.name + "\": it is of no kind");
@@ -268,13 +259,14 @@ uint32_t Scene::add_object(Object object) {
 void Scene::drop_last_object() {
   primitives_ = objects.back().first_primitive;
   primitive_.resize(primitives_);
+  corners_.resize(std::min<size_t>(corners_.size(), primitives_));
   objects.pop_back();
   coincident_of_.pop_back();
 }
 
 std::array<float, 2> Scene::texture_at(uint32_t primitive, float u, float v) const {
-  const Object& object = objects[object_of(primitive)];
-  const auto& corner = object.texture[primitive - object.first_primitive];
+  if (corners_.empty()) return Corners::kNone;
+  const auto& corner = corners_[primitive].corner;
   std::array<float, 2> at;
   for (size_t k = 0; k < 2; ++k)
     at[k] = corner[0][k] + u * (corner[1][k] - corner[0][k]) + v * (corner[2][k] - corner[0][k]);
@@ -337,6 +329,15 @@ uint32_t Scene::groups_up_to(uint32_t object) const {
   for (uint32_t i = 0; i <= object; ++i)
     for (const uint32_t group : objects[i].group) last = std::max(last, group);
   return last + 1;
+}
+
+size_t Scene::texture_bytes() const {
+  std::set<const surfaces::Texture*> all;
+  for (const Material& material : materials)
+    if (material.map) all.insert(material.map->texture.get());
+  size_t sum = 0;
+  for (const surfaces::Texture* texture : all) sum += texture->bytes();
+  return sum;
 }
 
 double Scene::area() const {

@@ -3,6 +3,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -25,8 +26,7 @@ struct Object {
   std::vector<std::array<uint32_t, 3>> triangles;  ///< front side = counter-clockwise
   std::vector<uint32_t> material;                  ///< per triangle
   std::vector<uint32_t> group;  ///< light group of each triangle, used if it emits
-  /// Texture coordinates of each triangle's corners. May be empty, or not finite, where no surface
-  /// reads them.
+  /// Texture coordinates of each triangle's corners, not finite where there are none; may be empty.
   std::vector<std::array<std::array<float, 2>, 3>> texture{};
   bool movable = false;
   bool present = true;  ///< false while removed by an edit
@@ -95,6 +95,16 @@ class Scene {
       at.texture = texture_at(primitive, u, v);
     return at;
   }
+  /// Begins to bring into the cache what point_on() reads of a primitive; what tint_at() reads
+  /// then.
+  void fetch_point(uint32_t primitive) const {
+    if (!corners_.empty()) __builtin_prefetch(&corners_[primitive]);
+  }
+  void fetch_tint(uint32_t primitive, float u, float v) const {
+    if (corners_.empty()) return;
+    const Material& own = material_of(primitive);
+    own.kind->fetch(own, point_on(primitive, u, v));
+  }
   /// Whether rays pass straight through the primitive at that point, as through nothing.
   bool lets_pass(uint32_t primitive, float u, float v) const {
     const Material& own = material_of(primitive);
@@ -151,6 +161,8 @@ class Scene {
   uint32_t groups_up_to(uint32_t object) const;
   /// Total area of all triangles, in square metres.
   double area() const;
+  /// Memory of the textures of all materials, each counted once.
+  size_t texture_bytes() const;
 
  private:
   /// Assigns primitive numbers to an object.
@@ -159,12 +171,19 @@ class Scene {
   Box measure_world() const;
   std::array<float, 2> texture_at(uint32_t primitive, float u, float v) const;
 
+  /// Object::texture of a triangle, at a multiple of its size: one cache line has it.
+  struct alignas(32) Corners {
+    static constexpr std::array<float, 2> kNone{std::numeric_limits<float>::quiet_NaN(),
+                                                std::numeric_limits<float>::quiet_NaN()};
+    std::array<std::array<float, 2>, 3> corner{kNone, kNone, kNone};
+  };
   std::vector<uint32_t> object_of_static_;  // by static primitive
   struct Primitive {
     uint32_t material;
     float slack;
   };
   std::vector<Primitive> primitive_;
+  std::vector<Corners> corners_;  // by primitive; empty while no object has texture coordinates
   uint32_t static_primitives_ = 0, primitives_ = 0;
   bool has_specular_ = false, transmits_ = false;
   CoincidentFaces coincident_;                  // of static objects

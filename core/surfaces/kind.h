@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -15,9 +16,17 @@
 namespace deltalux::surfaces {
 
 class Kind;
+struct TextureMap;
 
 /// The product of each channel.
 constexpr Vec3f product(Vec3f a, Vec3f b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
+
+/// The reflectance of a point that has this tint, see Kind::tint(): the mean, and how much of the
+/// differences from it there is.
+constexpr Vec3f tinted(Vec3f mean, Vec3f contrast, Vec3f tint) {
+  const Vec3f one{1, 1, 1};
+  return product(mean, one + product(contrast, tint - one));
+}
 
 /// The kind without parameters: the same reflectance everywhere.
 const Kind& diffuse();
@@ -26,7 +35,7 @@ const Kind& diffuse();
 struct SurfacePoint {
   /// Barycentrics: the point is corner 0 + u (corner 1 - corner 0) + v (corner 2 - corner 0).
   float u = 0, v = 0;
-  /// Texture coordinates; only set for kinds that read them.
+  /// Texture coordinates, not finite where there are none; only set for kinds that read them.
   std::array<float, 2> texture{};
 };
 
@@ -38,8 +47,9 @@ struct Surface {
   Vec3f emission{};  ///< radiance per channel, the same everywhere
   bool two_sided = false;
   const Kind* kind = &diffuse();
-  std::vector<float> parameters{};  ///< additional parameters of its kind
-  std::string name{};               ///< for messages
+  std::vector<float> parameters{};          ///< additional parameters of its kind
+  std::string name{};                       ///< for messages
+  std::shared_ptr<const TextureMap> map{};  ///< of textured ones
 
   /// Whether some of its points reflect otherwise than `reflectance`, diffusely.
   bool varies() const;
@@ -47,10 +57,11 @@ struct Surface {
   bool has_lobes() const;
   /// Whether nothing passes it straight, at none of its points.
   bool stops_all() const;
+  /// How much points differ from the mean, in units of their tints' differences from 1: 1, or less
+  /// if the brightest points would reflect more than they receive. They reflect all of it then.
+  Vec3f contrast() const;
   /// The diffuse reflectance at a point, in [0, 1].
   Vec3f diffuse_at(const SurfacePoint& at) const;
-  /// Whether its reflectance could be `mean`: whether it would then exceed 1 nowhere.
-  bool admits(Vec3f mean) const;
 };
 
 /// Random numbers of a bounce have these dimensions. A kind that needs more counts on from kMore.
@@ -118,9 +129,12 @@ class Kind {
   /// through. Not asked if the surface is opaque.
   virtual bool stops(const Surface& surface, const SurfacePoint& at) const = 0;
 
-  /// The diffuse reflectance at a point, relative to the surface's mean. Not asked unless
+  /// The diffuse reflectance at a point, relative to the surface's mean, where its contrast is 1; 1
+  /// on average. Depends on the parameters, not on the reflectance. Not asked unless
   /// Surface::varies(): it is 1 then.
   virtual Vec3f tint(const Surface& surface, const SurfacePoint& at) const = 0;
+  /// Begins to bring what tint() reads of this point into the cache.
+  virtual void fetch(const Surface&, const SurfacePoint&) const {}
   /// Upper bound of all that any point reflects, in whatever lobe, relative to the surface's mean.
   virtual Vec3f max_tint(const Surface& surface) const = 0;
 
@@ -164,15 +178,19 @@ inline bool Surface::has_lobes() const {
 
 inline bool Surface::stops_all() const { return kind->is_opaque(*this) && !kind->transmits(*this); }
 
-inline Vec3f Surface::diffuse_at(const SurfacePoint& at) const {
-  if (!varies()) return reflectance;
-  return min(product(reflectance, kind->tint(*this, at)), Vec3f{1, 1, 1});
+inline Vec3f Surface::contrast() const {
+  Vec3f out{1, 1, 1};
+  if (!varies()) return out;
+  const Vec3f most = kind->max_tint(*this);
+  for (int c = 0; c < 3; ++c)
+    if (reflectance[c] * most[c] > 1)
+      out[c] = std::clamp((1 / reflectance[c] - 1) / (most[c] - 1), 0.0f, 1.0f);
+  return out;
 }
 
-inline bool Surface::admits(Vec3f mean) const {
-  constexpr float kRounding = 1e-6f;
-  const Vec3f most = product(mean, kind->max_tint(*this));
-  return std::max({most.x, most.y, most.z}) <= 1 + kRounding;
+inline Vec3f Surface::diffuse_at(const SurfacePoint& at) const {
+  if (!varies()) return reflectance;
+  return min(tinted(reflectance, contrast(), kind->tint(*this, at)), Vec3f{1, 1, 1});
 }
 
 }  // namespace deltalux::surfaces

@@ -26,7 +26,8 @@ bool Lambertian::scatter(const Surface& surface, const Arrival& arrival, const B
 }
 
 Vec3d Lambertian::max_throughput(const Surface& surface) const {
-  const Vec3d most(product(surface.reflectance, max_tint(surface)));
+  const Vec3f brightest = tinted(surface.reflectance, surface.contrast(), max_tint(surface));
+  const Vec3d most(min(brightest, Vec3f{1, 1, 1}));
   Vec3d bound{};
   if (reads() == Reads::nothing) {
     const double survival = std::sqrt(std::max({most.x, most.y, most.z}));

@@ -59,11 +59,17 @@ Flight Walk::birth(const Light& light, uint64_t index, const Emission& e,
   return flight;
 }
 
-Interaction Walk::fly(const Flight& flight, uint32_t bounce) const {
+Hit Walk::meet(const Flight& flight) const {
   const Vec3f direction = decode_direction(flight.direction);
-  return scatter(flight, bounce,
-                 options_.static_only ? caster_.closest_static(flight.origin, direction)
-                                      : caster_.closest(flight.origin, direction));
+  const Hit hit = options_.static_only ? caster_.closest_static(flight.origin, direction)
+                                       : caster_.closest(flight.origin, direction);
+  if (hit.valid()) scene_.fetch_point(hit.primitive);
+  return hit;
+}
+
+void Walk::fetch(std::span<const Hit> hits) const {
+  for (const Hit& hit : hits)
+    if (hit.valid()) scene_.fetch_tint(hit.primitive, hit.u, hit.v);
 }
 
 Interaction Walk::scatter(const Flight& flight, uint32_t bounce, const Hit& hit) const {

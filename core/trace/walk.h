@@ -77,10 +77,19 @@ class Walk {
   /// The same for a path with a given start.
   Flight birth(const Light& light, uint64_t index, const Emission& start,
                const Vec3d& quanta) const;
-  /// Traces `flight`, and scatters at its hit.
-  Interaction fly(const Flight& flight, uint32_t bounce) const;
-  /// The same for a known first hit.
+  /// How many flights are traced before they are scattered, so that what surfaces read arrives
+  /// meanwhile.
+  static constexpr size_t kTogether = 16;
+  /// Traces `flight`: its first hit.
+  Hit meet(const Flight& flight) const;
+  /// Begins to bring what scatter() reads of the surfaces of several hits into the cache.
+  void fetch(std::span<const Hit> hits) const;
+  /// Scatters at the first hit.
   Interaction scatter(const Flight& flight, uint32_t bounce, const Hit& hit) const;
+  /// Traces `flight`, and scatters at its hit.
+  Interaction fly(const Flight& flight, uint32_t bounce) const {
+    return scatter(flight, bounce, meet(flight));
+  }
   /// Calls visit(flight, interaction, bounce) for each flight of the path that begins so.
   template <class Visit>
   void follow(Flight flight, const Visit& visit) const {

@@ -81,19 +81,68 @@ def _sampled(image: Image.Image) -> np.ndarray:
     return sampled
 
 
-def linear_texels(data: bytes, where: str, most: int) -> np.ndarray:
-    """(height, width, 3) float32 texels of an encoded image after sRGB decoding, in [0, 1]; ignores alpha.
+def srgb_texels(data: bytes, where: str, most: int, opacity: np.ndarray | None = None) -> np.ndarray:
+    """(height, width, 4) uint8 texels of an encoded image: sRGB, and how much each counts, 255 = as a whole.
 
-    An image of more than `most` texels along a side is halved until it has no more.
+    An image of more than `most` texels along a side is halved until it has no more, by means in linear light.
+
+    Parameters
+    ----------
+    opacity : (256,) in [0, 1], by alpha; None = all texels count
     """
 
     def read(image: Image.Image) -> np.ndarray:
         factor = 1
         while max(image.size) > most * factor:
             factor *= 2
-        return np.asarray(image.convert("RGB").reduce(factor))
+        return _weighted(image, opacity) if factor == 1 else _halved(image, factor, opacity)
 
-    return LINEAR_OF_BYTE.astype(np.float32)[_decoded(data, where, read)]
+    return _decoded(data, where, read)
+
+
+def _weighted(image: Image.Image, opacity: np.ndarray | None) -> np.ndarray:
+    """The texels of an image, as `srgb_texels` has them."""
+    if opacity is None:
+        image = image.convert("RGB")
+    texels = np.array(image.convert("RGBA"))
+    if opacity is not None:
+        texels[..., 3] = np.round(255 * opacity)[texels[..., 3]]
+    return texels
+
+
+def linear_texels(data: bytes, where: str, most: int) -> np.ndarray:
+    """(height, width, 3) float32: `srgb_texels` after sRGB decoding, in [0, 1]; ignores alpha."""
+    return LINEAR_OF_BYTE.astype(np.float32)[srgb_texels(data, where, most)[..., :3]]
+
+
+def image_size(data: bytes) -> tuple[int, int]:
+    """Width and height by the head of an encoded image; 0 if it is broken, of which decoding will tell."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            return Image.open(io.BytesIO(data), formats=FORMATS).size
+    except Exception:  # as in _decoded
+        return 0, 0
+
+
+def _halved(image: Image.Image, factor: int, opacity: np.ndarray | None) -> np.ndarray:
+    """Means in linear light of blocks of `factor` by `factor` texels; read by strips, as in `_sampled`."""
+    linear = LINEAR_OF_BYTE.astype(np.float32)
+    beyond = -image.width % factor
+    strips = []
+    for top in range(0, image.height, factor):
+        box = (0, top, image.width, min(top + factor, image.height))
+        texels = _weighted(image.crop(box), opacity)
+        weight = texels[..., 3:] / np.float32(255)
+        strip = np.concatenate([linear[texels[..., :3]] * weight, weight], axis=2).mean(axis=0)
+        mean = np.pad(strip, ((0, beyond), (0, 0)), mode="edge")
+        strips.append(mean.reshape(-1, factor, 4).mean(axis=1))
+    found = np.stack(strips)
+    colour = np.divide(
+        found[..., :3], found[..., 3:], out=np.zeros_like(found[..., :3]), where=found[..., 3:] > 0
+    )
+    encoded = np.concatenate([linear_to_srgb(np.clip(colour, 0, 1)), found[..., 3:]], axis=2)
+    return np.round(255 * encoded).astype(np.uint8)
 
 
 def _decoded(data: bytes, where: str, read: Callable[[Image.Image], T]) -> T:

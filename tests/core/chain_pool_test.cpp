@@ -28,7 +28,8 @@ Added make_chain(uint32_t i) {
     const uint32_t light = k % 2 ? scene::kNone : i % 2;
     const float direct = k % 2 ? 0 : number(3, i + k);
     if (k % 5 == 4)
-      out.vertices.push_back(Vertex::tint({number(4, i + k), number(5, i + k), 1}));
+      out.vertices.push_back(Vertex::tint({number(4, i + k), number(5, i + k), 1},
+                                          i % 2 ? Vertex::kOfSurface | (i + k) % 3 : 0));
     else
       out.vertices.push_back({(i + k) % 3, light, direct, number(4, i + k)});
     out.places.push_back({number(8, i + k), float(k), 0, k, number(9, i + k)});
@@ -38,6 +39,7 @@ Added make_chain(uint32_t i) {
 
 Paint make_paint(float dim) {
   return {{{0.5f, 0.4f, 0.3f}, {0.9f, 0.8f, 0.7f}, {0.1f, 0.2f, 0.6f}},
+          {{1, 1, 1}, {0.5f, 0, 1}, {1, 0.25f, 1}},
           {dim, 1},
           {{dim, 2 * dim, dim}, {1, 0.5f, 3}}};
 }
@@ -105,6 +107,27 @@ TEST(ChainPool, HoldsWhatWasAddedAndNotTakenAway) {
   expect_same(pool, chains, make_paint(0.25f), workers);
   const ChainPool moved = std::move(pool);
   expect_same(moved, chains, make_paint(0.25f), workers);
+}
+
+// A surface's tint tells less the less contrast its material has; a lobe's is what it is.
+TEST(ChainPool, ScalesTintsOfSurfaces) {
+  const Vec3f tint{2, 0.5f, 0};
+  const Place place{0, 0, 0, 0, 0};
+  const std::array<Place, 2> places{place, place};
+  const std::array<Vertex, 2> of_surface{Vertex::tint(tint, Vertex::kOfSurface | 1), {1, 0, 1, 1}};
+  const std::array<Vertex, 2> of_lobe{Vertex::tint(tint), {1, 0, 1, 1}};
+  ChainPool pool;
+  const uint32_t first = pool.add(of_surface, places, kDark, 1, {});
+  const uint32_t second = pool.add(of_lobe, places, kDark, 1, {});
+  pool.paint(make_paint(1), Workers(1));
+  // Reflectance (0.9, 0.8, 0.7), contrast (0.5, 0, 1), lamp (1, 2, 1).
+  const std::array<float, 3> half{0.9f * 1.5f, 2 * 0.8f, 0}, full{0.9f * 2, 2 * 0.8f * 0.5f, 0};
+  for (size_t c = 0; c < 3; ++c) {
+    EXPECT_FLOAT_EQ(pool.sent(first).direct[c], half[c]);
+    EXPECT_FLOAT_EQ(pool.sent(second).direct[c], full[c]);
+  }
+  EXPECT_FLOAT_EQ(pool.sent(first).through[0], 0.9f * 1.5f);
+  EXPECT_FLOAT_EQ(pool.sent(second).through[0], 0.9f * 2);
 }
 
 }  // namespace

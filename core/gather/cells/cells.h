@@ -48,6 +48,10 @@ class Cells {
     DELTALUX_ASSERT(cell < size());
     return material_[cell];
   }
+  /// The mean reflectance of a cell, whose material is in this state.
+  Vec3f reflectance(uint32_t cell, const scene::Material& now) const {
+    return surfaces::tinted(now.reflectance, now.contrast(), tint(cell));
+  }
   /// The mean of Scene::tint_at() over the cell, by area.
   Vec3f tint(uint32_t cell) const { return tint_.empty() ? Vec3f{1, 1, 1} : tint_[cell]; }
   /// Index of the first cell of a movable, and of the one behind its last.

@@ -31,8 +31,7 @@ std::optional<BeamGuide> find_beam(const Context& context, const Evaluation& eva
     const uint32_t cell = finder.find(point.primitive, lamp.position, d * (1 / distance), distance);
     if (cell == kNoCell) continue;
     const Vec3f reflectance =
-        surfaces::product(context.scene.materials[context.cells.material(cell)].reflectance,
-                          context.cells.tint(cell));
+        context.cells.reflectance(cell, context.scene.materials[context.cells.material(cell)]);
     const float own = evaluation.dim(light) * dot(lamp.intensity, reflectance) * float(each);
     power[cell] += own, sent += double(own), ++landed;
   }

@@ -29,8 +29,8 @@ double bare_area(const CellState& state, uint32_t cell, float bare) {
 Vec3d unit_of(const CellState& state, uint32_t cell, float bare) {
   const double area = bare_area(state, cell, bare);
   if (!(area > 0)) return {};
-  const Vec3f reflectance = surfaces::product(
-      state.scene.materials[state.cells.material(cell)].reflectance, state.cells.tint(cell));
+  const Vec3f reflectance =
+      state.cells.reflectance(cell, state.scene.materials[state.cells.material(cell)]);
   Vec3d unit;
   for (int c = 0; c < 3; ++c) unit[c] = double(reflectance[c]) / area;
   return unit;

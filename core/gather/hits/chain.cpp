@@ -27,6 +27,13 @@ void add_tint(Vec3f factor, uint32_t flags, const direct::Receiver& at, Chain& c
   if (factor != Vec3f{1, 1, 1}) chain.add(Vertex::tint(factor, flags), at);
 }
 
+/// Adds the tint of a point on a surface.
+void add_tint_of(const scene::Scene& scene, const trace::Hit& hit, uint32_t flags,
+                 const direct::Receiver& at, Chain& chain) {
+  add_tint(scene.tint_at(hit.primitive, hit.u, hit.v),
+           Vertex::kOfSurface | scene.material_index(hit.primitive) | flags, at, chain);
+}
+
 /// Where a chain that came from `bend` leaves a point: a function of what is stored, so that it can
 /// be resumed there.
 Vec3f leave(Vec3f bend, const direct::Receiver& at) {
@@ -166,7 +173,7 @@ void ChainTracer::touch(const Draw& draw, const direct::Receiver& at, const trac
                         uint32_t cell, Chain& chain) const {
   const scene::Scene& scene = context_.scene;
   const uint32_t material = scene.material_index(hit.primitive);
-  add_tint(scene.tint_at(hit.primitive, hit.u, hit.v), 0, at, chain);
+  add_tint_of(scene, hit, 0, at, chain);
   if (scene.has_specular()) chain.add({material | Vertex::kCaustic, cell, 1, chain.weight}, at);
   const OneLight::Answer answer = one_light_.ask(context_.caster, Place::of(at).receiver(), draw);
   chain.add({material, answer.light, answer.direct, chain.weight}, at);
@@ -185,8 +192,7 @@ void ChainTracer::finish(const Draw& draw, const direct::Receiver& at, const tra
     if (answer.light == scene::kNone) return false;
     if (keeps_dark || answer.direct > 0) {
       if (chain.count == before)
-        add_tint(scene.tint_at(hit.primitive, hit.u, hit.v), Vertex::kEnd | Vertex::kLampsOnly, at,
-                 chain);
+        add_tint_of(scene, hit, Vertex::kEnd | Vertex::kLampsOnly, at, chain);
       chain.add({material, answer.light, answer.direct, chain.weight}, at);
     }
     return true;

@@ -87,7 +87,10 @@ void ChainPool::send(uint32_t number, const Paint& paint) {
   uint32_t touched = 0;                    // points before this one
   for (const Vertex& vertex : vertices(number)) {
     if (vertex.is_tint()) {
-      of_lamps = Vertex::bounded(surfaces::product(of_lamps, vertex.factor()));
+      const Vec3f own = vertex.is_of_surface()
+                            ? paint.contrasted(vertex.material_index(), vertex.factor())
+                            : vertex.factor();
+      of_lamps = Vertex::bounded(surfaces::product(of_lamps, own));
       if (!vertex.is_for_lamps_only()) tint = of_lamps;
       continue;
     }

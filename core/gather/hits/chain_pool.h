@@ -14,6 +14,7 @@ namespace deltalux::gather {
 /// What light along chains depends on beside their geometry: reflectances and dimming.
 struct Paint {
   std::vector<Vec3f> reflectance;  ///< by material
+  std::vector<Vec3f> contrast;     ///< by material, see surfaces::Surface
   std::vector<float> dim;          ///< by light
   std::vector<Vec3f> lamp;         ///< by light: its strength, dimmed
   /// Irradiance by caustics, by cell; empty if there are none.
@@ -21,6 +22,10 @@ struct Paint {
   Vec3f caustic(uint32_t cell) const {
     if (cell >= caustics.size()) return {};
     return {caustics[cell][0], caustics[cell][1], caustics[cell][2]};
+  }
+  /// How the surface of this material changes the light from beyond, where it has this tint.
+  Vec3f contrasted(uint32_t index, Vec3f tint) const {
+    return surfaces::tinted({1, 1, 1}, contrast[index], tint);
   }
   /// None of a light that was added since, and of kNone.
   Vec3f of_lamp(uint32_t light) const { return light < lamp.size() ? lamp[light] : Vec3f{}; }

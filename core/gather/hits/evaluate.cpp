@@ -161,8 +161,9 @@ Vec3d Evaluation::unseen(const GatherHits& hits, size_t sample) const {
                               ? hits.chains().sent(GatherHits::chain_of(target)).end
                               : target;
     if (cell == kDark) continue;
-    sum = sum +
-          Vec3d(surfaces::product(paint_.reflectance[cells_->material(cell)], cells_->tint(cell)));
+    const uint32_t material = cells_->material(cell);
+    sum = sum + Vec3d(surfaces::tinted(paint_.reflectance[material], paint_.contrast[material],
+                                       cells_->tint(cell)));
   }
   for (int c = 0; c < 3; ++c) {
     const double mean = std::min(sum[c] / double(targets.size()), kMostReflected);

@@ -59,6 +59,8 @@ void check(const Vertex& vertex, const Context& context) {
     for (int c = 0; c < 3; ++c)
       if (!(factor[c] >= 0 && factor[c] <= Vertex::kMaxTint))
         refuse(kVertices, "found a tint no surface has");
+    if (vertex.is_of_surface() && vertex.material_index() >= context.scene.materials.size())
+      refuse(kVertices, "found a tint of a material that is not there");
     return;
   }
   if (vertex.material_index() >= context.scene.materials.size())

@@ -13,7 +13,7 @@ namespace deltalux::gather {
 /// A surface point of a chain, with the direct light there of one randomly chosen lamp, which
 /// represents all. Light from beyond a point is multiplied by the mean reflectance of its material,
 /// which edits change; how the reflectance at the point compares with this mean is a vertex of its
-/// own before it, a tint, unless it is the same.
+/// own before it, a tint, unless it is the same. Lobes have tints, too.
 struct Vertex {
   /// Flag in `material`: the vertex is the far end of the chain itself.
   static constexpr uint32_t kEnd = 0x80000000u;
@@ -24,6 +24,9 @@ struct Vertex {
   static constexpr uint32_t kCaustic = 0x20000000u;
   /// Flag of a tint at the end: it does not apply to the light of the cell there.
   static constexpr uint32_t kLampsOnly = 0x10000000u;
+  /// Flag of a tint: it is that of the point, whose material scales its difference from 1, see
+  /// surfaces::Surface::contrast().
+  static constexpr uint32_t kOfSurface = 0x08000000u;
   /// Bound of the product of tints, so that sums stay finite; no scene comes near it.
   static constexpr float kMaxTint = 1e6f;
   // Without initial values: a chain has room for many more vertices than it needs.
@@ -36,7 +39,7 @@ struct Vertex {
   /// Of the chain up to this vertex.
   float weight;
 
-  /// A tint; in it, the other fields hold factors.
+  /// A tint; in it, the other fields hold factors. `flags`: with a material, if it is of a surface.
   static Vertex tint(Vec3f factor, uint32_t flags = 0) {
     factor = bounded(factor);
     return {kTint | flags, std::bit_cast<uint32_t>(factor.x), factor.y, factor.z};
@@ -47,10 +50,11 @@ struct Vertex {
   bool is_of_end() const { return material & kEnd; }
   bool is_tint() const { return material & kTint; }
   bool is_caustic() const { return material & kCaustic; }
+  bool is_of_surface() const { return material & kOfSurface; }
   bool is_for_lamps_only() const { return material & kLampsOnly; }
   /// Whether the chain goes on from here by reflection.
   bool is_point() const { return !(material & (kEnd | kTint | kCaustic)); }
-  uint32_t material_index() const { return material & ~(kEnd | kCaustic); }
+  uint32_t material_index() const { return material & (kOfSurface - 1); }
   /// The lamp that it asked; kNone: none.
   uint32_t lamp() const { return material & (kTint | kCaustic) ? scene::kNone : light; }
   friend bool operator==(const Vertex&, const Vertex&) = default;

@@ -50,6 +50,7 @@ void forecast_memory(State& s, const PilotPaths& paths) {
   const double per_path = paths.walked ? double(paths.flights.size()) / double(paths.walked) : 1.0;
   const double fixed =
       double(s.samples.size()) * kSampleBytes + double(s.scene.primitives()) * 200.0 +
+      double(s.scene.texture_bytes()) +
       // The last chunk of each bounce is partly empty. More paths reach more
       // bounces than the pilot paths.
       (1.5 * paths.deepest + 4.0) * double(sizeof(segments::BounceSegments::Chunk));

@@ -3,6 +3,9 @@
 // bounce.
 #include "session/flow/path_update.h"
 
+#include <algorithm>
+#include <array>
+
 #include "base/assertion.h"
 #include "base/stopwatch.h"
 
@@ -29,6 +32,13 @@ void empty_slots(BounceSegments& stored, std::span<const uint32_t> cut,
     segment.length = -1;
     segment.next = kNoSlot;
   }
+}
+
+trace::Flight flight_of(const Segment& segment) {
+  return {segment.origin,
+          segment.direction,
+          {segment.power[0], segment.power[1], segment.power[2]},
+          segment.path};
 }
 
 }  // namespace
@@ -152,6 +162,17 @@ void PathUpdate::advance(std::vector<Wavefront> fresh, const Progress* progress)
   deposit_.finish();
 }
 
+void PathUpdate::write(uint32_t bounce, uint32_t slot, const trace::Interaction& interaction) {
+  BounceSegments& stored = state_.paths.store.bounce(bounce);
+  Segment& segment = stored.at(slot);
+  segment.length = interaction.length;
+  segment.primitive = interaction.primitive;
+  segment.next = kNoSlot;
+  if (state_.paths.store.with_extended()) stored.extended(slot) = interaction.extended;
+  landings_.note(stored, slot);
+  state_.paths.store.index(bounce, slot);
+}
+
 void PathUpdate::trace(uint32_t bounce, const Wavefront& wavefront,
                        std::vector<uint32_t>& children) {
   DELTALUX_ASSERT(bounce < state_.options.max_bounces);
@@ -164,26 +185,26 @@ void PathUpdate::trace(uint32_t bounce, const Wavefront& wavefront,
     surfaces::Lobe lobe;
   };
   std::vector<std::vector<Child>> born(blocks);
+  constexpr size_t kTogether = trace::Walk::kTogether;
   state_.workers.for_blocks(slots.size(), kGrain, [&](size_t begin, size_t end) {
     std::vector<Child>& own = born[begin / kGrain];
-    for (size_t i = begin; i < end; ++i) {
-      if (i + kAhead < end) __builtin_prefetch(&stored->at(slots[i + kAhead]));
-      const uint32_t slot = slots[i];
-      Segment& segment = stored->at(slot);
-      trace::Flight flight{segment.origin,
-                           segment.direction,
-                           {segment.power[0], segment.power[1], segment.power[2]},
-                           segment.path};
-      const trace::Interaction interaction = i < wavefront.hits.size()
-                                                 ? walk_.scatter(flight, bounce, wavefront.hits[i])
-                                                 : walk_.fly(flight, bounce);
-      segment.length = interaction.length;
-      segment.primitive = interaction.primitive;
-      segment.next = kNoSlot;
-      if (state_.paths.store.with_extended()) stored->extended(slot) = interaction.extended;
-      landings_.note(*stored, slot);
-      state_.paths.store.index(bounce, slot);
-      if (interaction.survives) own.push_back({interaction.next, slot, interaction.lobe});
+    std::array<trace::Flight, kTogether> flights;
+    std::array<trace::Hit, kTogether> hits;
+    for (size_t first = begin; first < end; first += kTogether) {
+      const size_t count = std::min(kTogether, end - first);
+      for (size_t k = 0; k < count; ++k) {
+        const size_t i = first + k;
+        if (i + kAhead < end) __builtin_prefetch(&stored->at(slots[i + kAhead]));
+        flights[k] = flight_of(stored->at(slots[i]));
+        hits[k] = i < wavefront.hits.size() ? wavefront.hits[i] : walk_.meet(flights[k]);
+      }
+      walk_.fetch({hits.data(), count});
+      for (size_t k = 0; k < count; ++k) {
+        const uint32_t slot = slots[first + k];
+        const trace::Interaction interaction = walk_.scatter(flights[k], bounce, hits[k]);
+        write(bounce, slot, interaction);
+        if (interaction.survives) own.push_back({interaction.next, slot, interaction.lobe});
+      }
     }
   });
   size_t total = 0;

@@ -44,6 +44,8 @@ class PathUpdate {
   /// Traces the segments of one bounce; returns the slots of the segments that follow in
   /// `children`.
   void trace(uint32_t bounce, const Wavefront& wavefront, std::vector<uint32_t>& children);
+  /// Stores where a segment ends.
+  void write(uint32_t bounce, uint32_t slot, const trace::Interaction& interaction);
   /// Writes the first segment of path `index` of the light, or marks it as unused if the light is
   /// off.
   void write_birth(segments::Segment& segment, const trace::Light& light, uint64_t index) const;

@@ -21,8 +21,10 @@ std::vector<uint8_t> RayLayer::lights_by_shadow_ray() const {
 
 gather::Evaluation RayLayer::evaluation(bool errors) {
   gather::Paint paint;
-  for (const scene::Material& material : world.scene.materials)
+  for (const scene::Material& material : world.scene.materials) {
     paint.reflectance.push_back(material.reflectance);
+    paint.contrast.push_back(material.contrast());
+  }
   for (const trace::Light& light : world.lights) {
     const float dim = float(world.group_factor[light.group]);
     paint.dim.push_back(dim);

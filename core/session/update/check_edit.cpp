@@ -162,11 +162,6 @@ void check(const State& s, const scene::Edit& edit, std::span<const scene::Edit>
     for (int c = 0; c < 3; ++c)
       if (!(paint->reflectance[c] >= 0 && paint->reflectance[c] <= 1))
         throw OptionError("reflectance: expected 0 to 1 per channel");
-    const scene::Material& material = scene.materials[paint->material];
-    if (!material.admits(paint->reflectance))
-      throw OptionError("reflectance: the surface of material \"" + material.name +
-                        "\" would reflect more than it receives where it is brightest; expected "
-                        "a lower mean");
   }
 }
 

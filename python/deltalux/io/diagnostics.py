@@ -19,6 +19,7 @@ LEFT_OUT = "glass is left out: light passes it unchanged, and results and export
 
 MISSING_REFLECTANCE = 0.8  # of surfaces without a material: plaster, light paint
 UNREADABLE = "textures that cannot be read: the plain colour counts"
+MEAN_GLOW = "textures of emission count with their mean colour"
 MISSING = (
     "surfaces without a material reflect {:g}, as light paint does; another reflectance: --reflectance R "
     "(reflectance=R)"

@@ -18,15 +18,6 @@ ALIKE = 0.004  # means that differ by less are one: about a step of 8-bit sRGB
 MANY = 128  # means of one material: after each as many more, four times the difference is alike
 _GOLDEN = (5**0.5 - 1) / 2
 
-BYTES = np.arange(256) / 255
-
-
-def opacity_of(alpha_mode: str, alpha: float = 1.0, cutoff: float = 0.5) -> np.ndarray | None:
-    """(256,) weights of texels by their alpha, as glTF shows them; None = all texels count alike."""
-    if alpha_mode == "MASK":
-        return (BYTES * alpha >= cutoff).astype(np.float64)
-    return BYTES if alpha_mode == "BLEND" else None
-
 
 def used_mean(
     texels: Texels, texture: Texture, opacity: np.ndarray | None, coordinates: np.ndarray, areas: np.ndarray
@@ -39,7 +30,7 @@ def used_mean(
     ----------
     texels : of the image
     texture : its mapping
-    opacity : see `opacity_of`
+    opacity : `Look.opacity`
     coordinates : (m, 3, 2) of the corners; NaN: none
     areas : (m,) of the triangles
     """
@@ -119,7 +110,6 @@ class SimilarMeans:
 
 def means_on(
     look: Look,
-    opacity: np.ndarray | None,
     texels: Callable[[Texture], Texels],
     coordinates: np.ndarray | None,
     areas: np.ndarray,
@@ -128,7 +118,7 @@ def means_on(
     if coordinates is None:
         coordinates = np.full((len(areas), 3, 2), np.nan)
     parts = []
-    for texture, weights in ((look.colour, opacity), (look.glow, None)):
+    for texture, weights in ((look.colour, look.opacity), (look.glow, None)):
         if texture is None:
             parts.append(np.ones(3))
         else:

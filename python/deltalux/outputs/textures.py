@@ -6,13 +6,12 @@ from __future__ import annotations
 import numpy as np
 
 from deltalux.mesh.surfaces import Surfaces
-from deltalux.scene.look import MAG_FILTERS, WRAPS, Texture
+from deltalux.scene.look import NEAREST, WRAPS, Texture
 from deltalux.texels import linear_texels
 
 from .texture_coordinates import TextureCoordinates, by_mesh
 
 REPEAT, CLAMP, _ = WRAPS
-NEAREST = MAG_FILTERS[1]
 MOST_TEXELS = 4096  # along a side; a larger image is halved
 MOST_FACTOR = 1e3  # of a texel on the mean: black textures with a few bright texels
 
@@ -113,7 +112,21 @@ class ShownTextures:
                         found[rows] = self._factor(
                             texture, corners, triangle[rows], weights[rows], width[rows]
                         )
+                if own.look.colour is not None:
+                    contrast = self._contrast(own.look.colour, own.reflectance)
+                    colour[rows] = 1 + contrast * (colour[rows] - 1)
         return colour, glow
+
+    def _contrast(self, texture: Texture, reflectance: np.ndarray) -> np.ndarray:
+        """(3,) share of the differences between texels that a reflectance leaves, as in light.
+
+        Less than 1 where the brightest texel would reflect more than it receives.
+        """
+        brightest = self._image(texture).levels[0].max(axis=(0, 1))
+        most = np.divide(brightest, texture.mean, out=np.ones(3), where=texture.mean > 0)
+        bright = reflectance * most > 1
+        share = np.divide(1 / np.maximum(reflectance, 1e-30) - 1, most - 1, out=np.ones(3), where=bright)
+        return np.clip(share, 0, 1)
 
     def _factor(
         self,

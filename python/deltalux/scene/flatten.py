@@ -11,9 +11,10 @@ from deltalux import _core
 from deltalux.errors import SceneError
 from deltalux.units import FARTHEST
 
+from .core_textures import CoreTextures
 from .frame import coarse_places, local_origin
 from .lights import Light
-from .scene import Mesh, Scene
+from .scene import Material, Mesh, Scene
 
 _STRONGEST = 1e30  # largest strength in the scene's unit: leaves room for nearby surfaces, and for sums
 
@@ -31,6 +32,7 @@ class FlatScene:
     objects: dict[str, int] = field(default_factory=dict)
     groups: dict[str, int] = field(default_factory=dict)
     materials: dict[str, int] = field(default_factory=dict)
+    textures: CoreTextures = field(default_factory=lambda: CoreTextures(()))
 
     def points(self, world: np.ndarray) -> np.ndarray:
         """(n, 3) float32: points in the core's world coordinates."""
@@ -84,14 +86,17 @@ class FlatScene:
 
     def _texture(self, mesh: Mesh) -> np.ndarray:
         """(m, 6) float32 texture coordinates of the corners, for surfaces that read them; else (0, 6)."""
-        reads = any(self.scene.material(name).surface.reads_texture for name in mesh.material)
+        reads = any(self._reads_texture(self.scene.material(name)) for name in mesh.material)
         if mesh.coordinates is None or not reads:
             return np.zeros((0, 6), np.float32)
         return np.ascontiguousarray(mesh.coordinates.reshape(-1, 6))
 
+    def _reads_texture(self, material: Material) -> bool:
+        return material.surface.reads_texture or self.textures.have(material)
 
-def flatten(scene: Scene) -> FlatScene:
-    """Build the core's scene.
+
+def flatten(scene: Scene, textured: bool = True) -> FlatScene:
+    """Build the core's scene; without textures unless `textured`, which takes less time.
 
     Raises
     ------
@@ -102,6 +107,8 @@ def flatten(scene: Scene) -> FlatScene:
         raise SceneError("scene: found no triangles, expected at least one mesh with triangles")
     coarse_places(scene.meshes, scene.frame, refuse=True)
     flat = FlatScene(scene, _core.Scene(), scene.frame.origin, scene.frame.radius)
+    if textured:
+        flat.textures = CoreTextures(scene.materials)
     flat.groups = {name: i for i, name in enumerate(scene.groups)}
     for index, material in enumerate(scene.materials):
         flat.materials[material.name] = index
@@ -114,6 +121,7 @@ def flatten(scene: Scene) -> FlatScene:
             material.surface.kind,
             material.surface.parameters(),
         )
+        flat.textures.set_last(flat.core, material)
     ordered = sorted(scene.meshes, key=lambda m: m.movable)  # stable: static ones first
     for index, mesh in enumerate(ordered):
         flat.objects[mesh.name] = index

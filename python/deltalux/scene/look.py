@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Textures and transparency of materials: outputs show them, light does not depend on them."""
+"""Textures and transparency of materials."""
 
 from __future__ import annotations
 
@@ -14,8 +14,10 @@ from deltalux.errors import SceneError
 SIGNATURES = {b"\x89PNG\r\n\x1a\n": "image/png", b"\xff\xd8\xff": "image/jpeg"}
 WRAPS = (10497, 33071, 33648)  # glTF's numbers, which are OpenGL's: repeat, clamp, mirror
 MAG_FILTERS = (None, 9728, 9729)
+NEAREST = MAG_FILTERS[1]
 MIN_FILTERS = (*MAG_FILTERS, 9984, 9985, 9986, 9987)
 ALPHA_MODES = ("OPAQUE", "MASK", "BLEND")
+BYTES = np.arange(256) / 255  # alpha of an image
 MOST = 1e30  # bound of the numbers of a transform
 
 
@@ -39,6 +41,7 @@ class Texture:
     wrap : (along u, along v), glTF's numbers
     mag_filter, min_filter : glTF's numbers; None = the viewer's choice
     offset, rotation, scale : KHR_texture_transform, rotation in radians
+    by_alpha : texels count by their alpha even where the material is opaque
     """
 
     image: bytes
@@ -49,6 +52,7 @@ class Texture:
     offset: tuple[float, float] = (0.0, 0.0)
     rotation: float = 0.0
     scale: tuple[float, float] = (1.0, 1.0)
+    by_alpha: bool = False
 
     def __post_init__(self) -> None:
         if media_type(self.image) is None:
@@ -95,17 +99,20 @@ class Texture:
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """How a viewer shows a material; the core uses mean colours only and treats all as opaque.
+    """Textures of a material, and what a viewer shows through it; light treats all as opaque.
 
     Parameters
     ----------
     colour : Texture or None
-        Texture of the reflectance; its mean colour is the material's reflectance.
+        Texture of the reflectance: where a texel has the texture's mean, the surface has the material's
+        reflectance. Triangles without texture coordinates have it everywhere, and so have places that alpha
+        hides.
     glow : Texture or None
-        Texture of the emission, likewise.
+        Texture of the emission; light has the material's emission everywhere.
     alpha_mode : "OPAQUE", "MASK" or "BLEND"
     alpha : float in [0, 1], multiplies the alpha of `colour`
     alpha_cutoff : float; "MASK" shows texels with at least this alpha
+    texels : hash of the colour's texels as they were decoded where a session was saved; None = not known
     """
 
     colour: Texture | None = None
@@ -113,6 +120,7 @@ class Look:
     alpha_mode: str = "OPAQUE"
     alpha: float = 1.0
     alpha_cutoff: float = 0.5
+    texels: str | None = None
 
     def __post_init__(self) -> None:
         if self.alpha_mode not in ALPHA_MODES:
@@ -126,6 +134,14 @@ class Look:
     def textures(self) -> list[Texture]:
         """Those that there are."""
         return [texture for texture in (self.colour, self.glow) if texture is not None]
+
+    @property
+    def opacity(self) -> np.ndarray | None:
+        """(256,) weights of the colour's texels by their alpha, as glTF shows them; None = all alike."""
+        if self.alpha_mode == "MASK":
+            return (BYTES * self.alpha >= self.alpha_cutoff).astype(np.float64)
+        by_alpha = self.colour is not None and self.colour.by_alpha
+        return BYTES if by_alpha or self.alpha_mode == "BLEND" else None
 
 
 PLAIN = Look()

@@ -119,7 +119,7 @@ def _state(
     scene: Scene, index: Fields, archive: ArchiveReader
 ) -> tuple[dict[str, np.ndarray], list[str], dict[str, float], dict[str, np.ndarray]]:
     """What differs from the scene as loaded: poses, removed meshes, factors of groups, reflectances."""
-    flat = flatten(scene)
+    flat = flatten(scene, textured=False)
     poses = _core_array(archive, "poses", "<f8")
     present = _core_array(archive, "present", "|u1")
     factors = _core_array(archive, "group_factor", "<f8")

@@ -9,14 +9,16 @@ from typing import Any
 
 from deltalux.errors import FormatError
 from deltalux.scene import Material, Mesh, Scene
+from deltalux.scene.core_textures import CoreTextures
 from deltalux.scene.look import MOST, WRAPS, Look, Texture, images_of
 
 from .archive import ArchiveReader, ArchiveWriter
 from .fields import Fields
 
 FIELDS = ("images", "textures", "materials", "meshes")
-_TEXTURE = ("image", "mean", "wrap", "mag_filter", "min_filter", "offset", "rotation", "scale")
-_LOOK = ("colour", "glow", "alpha_mode", "alpha", "alpha_cutoff")
+_SAMPLER = ("wrap", "mag_filter", "min_filter", "offset", "rotation", "scale")
+_TEXTURE = ("image", "mean", *_SAMPLER, "by_alpha")
+_LOOK = ("colour", "glow", "alpha_mode", "alpha", "alpha_cutoff", "texels")
 _MOST_IMAGE = 2**40  # bytes; an array cannot exceed the file anyway
 _MOST_FILTER = 2**16  # bound of filter numbers; Texture knows the valid ones
 _IMAGES, _COORDINATES = "images", "meshes/coordinates"
@@ -26,6 +28,7 @@ def pack_looks(scene: Scene) -> dict[str, Any] | None:
     """The index entry; `write_looks` writes the arrays. None if no material and no mesh has any looks."""
     textures = _textures(scene)
     images = images_of(textures)
+    decoded = CoreTextures(scene.materials)
     numbers = {id(texture): i for i, texture in enumerate(textures)}
     places = {id(image): i for i, image in enumerate(images)}
     plain = all(_is_plain(m.look) for m in scene.materials)
@@ -43,6 +46,7 @@ def pack_looks(scene: Scene) -> dict[str, Any] | None:
                 "offset": [float(x) for x in t.offset],
                 "rotation": float(t.rotation),
                 "scale": [float(x) for x in t.scale],
+                "by_alpha": bool(t.by_alpha),
             }
             for t in textures
         ],
@@ -53,6 +57,7 @@ def pack_looks(scene: Scene) -> dict[str, Any] | None:
                 "alpha_mode": m.look.alpha_mode,
                 "alpha": float(m.look.alpha),
                 "alpha_cutoff": float(m.look.alpha_cutoff),
+                "texels": decoded.hash_of(m),
             }
             for m in scene.materials
         ],
@@ -115,6 +120,7 @@ def _unpack_texture(entry: Fields, images: Sequence[bytes]) -> Texture:
         (offset[0], offset[1]),
         entry.number("rotation", -MOST, MOST),
         (scale[0], scale[1]),
+        entry.boolean("by_alpha"),
     )
 
 
@@ -131,4 +137,5 @@ def _unpack_look(entry: Fields, textures: Sequence[Texture]) -> Look:
         entry.text("alpha_mode"),
         entry.number("alpha", 0, 1),
         entry.number("alpha_cutoff", 0, MOST),
+        entry.optional_text("texels"),
     )

@@ -110,6 +110,24 @@ def test_a_reflectance_that_was_edited_scales_the_texture():
     np.testing.assert_allclose(found[16::32, 16::32], 0.5 * LINEAR_OF_BYTE[PIXELS], rtol=1e-5)
 
 
+def test_a_reflectance_that_is_too_bright_for_its_texels_takes_contrast():
+    """As in light: the brightest texel reflects all, and the mean is what was asked for."""
+    own = texture(mag_filter=NEAREST)
+    scene = wall(Look(own), own.mean)
+    asked = np.array([0.9, 0.5, 0.8])
+    with dl.Session(scene, dl.Samples([(0, 0, 0)], [(0, 0, 1)]), paths=1000, gather=32) as session:
+        session.bake()
+        session.set_reflectance("wall", asked)
+        session.update()
+        found = albedo(render_session(session, size=(64, 64)))
+    np.testing.assert_allclose(found[16::32, 16::32].mean(axis=(0, 1)), asked, rtol=1e-5)
+    np.testing.assert_allclose(found[..., (0, 2)].max(axis=(0, 1)), 1, rtol=1e-5)
+    tints = LINEAR_OF_BYTE[PIXELS] / own.mean - 1
+    shares = (found[16::32, 16::32] / asked - 1) / tints
+    np.testing.assert_allclose(shares, np.broadcast_to(shares[0, 0], shares.shape), rtol=1e-4)
+    assert (shares[0, 0] > 0).all() and (shares[0, 0, ::2] < 1).all()
+
+
 @pytest.mark.parametrize(
     ("wrap", "expected"), [(REPEAT, [2, 0, 1, 2, 0]), (CLAMP, [0, 0, 1, 2, 2]), (MIRROR, [0, 0, 1, 2, 2])]
 )

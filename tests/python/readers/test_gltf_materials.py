@@ -205,7 +205,6 @@ def test_each_kind_of_thing_not_honoured_gives_one_warning(tmp_path):
         f"{OPAQUE} (m, m#2, m#3)",
         "normal maps are not honoured (m, m#2, m#3)",
         "occlusion maps are not honoured (m, m#2, m#3)",
-        "textures count with their mean colour (m, m#2, m#3)",
         NO_LIGHT,
     ]
     assert sorted(warnings) == sorted(expected)

@@ -13,6 +13,7 @@ from deltalux.io.diagnostics import (
     GLASS_REMEDY,
     LEAST_PASSED,
     LEFT_OUT,
+    MEAN_GLOW,
     MISSING,
     OPAQUE,
     UNREADABLE,
@@ -20,7 +21,7 @@ from deltalux.io.diagnostics import (
     UniqueNames,
     malformed,
 )  # fmt: skip
-from deltalux.io.used_texels import SimilarMeans, means_on, opacity_of, with_means
+from deltalux.io.used_texels import SimilarMeans, means_on, with_means
 from deltalux.scene import Material
 from deltalux.scene.look import ALPHA_MODES, PLAIN, Look, Texture
 from deltalux.texels import linear_to_srgb
@@ -162,9 +163,8 @@ class Materials:
             if not look.textures:
                 continue
             own = numbers == number
-            opacity = opacity_of(look.alpha_mode, look.alpha, look.alpha_cutoff)
             places = None if coordinates is None else coordinates[own]
-            means = means_on(look, opacity, self._textures.texels, places, areas[own])
+            means = means_on(look, self._textures.texels, places, areas[own])
             similar, made = self._similar.setdefault(number, (SimilarMeans(), []))
             which = similar.number(means)
             if which == len(made):
@@ -249,6 +249,8 @@ class Materials:
                 np.array(source.extras[LIT_REFLECTANCE], np.float64),
                 replace(look, colour=None),
             )
+        if glow is not None:
+            self._document.notes.add(MEAN_GLOW, name)
         group = source.extras.get("group")
         return _Read(name, colour_factor, emission, group, bool(source.doubleSided), look)
 
@@ -260,7 +262,6 @@ class Materials:
         except FormatError as error:
             self._document.notes.add(UNREADABLE, f'material "{name}", {error}')
             return None
-        self._document.notes.add("textures count with their mean colour", name)
         return found
 
 

@@ -14,6 +14,7 @@ from deltalux.io.diagnostics import (
     GLASS_REMEDY,
     LEAST_PASSED,
     LEFT_OUT,
+    MEAN_GLOW,
     MISSING,
     OPAQUE,
     UNREADABLE,
@@ -23,14 +24,13 @@ from deltalux.io.diagnostics import (
     malformed,
 )  # fmt: skip
 from deltalux.io.files import is_beside, read_beside
-from deltalux.io.used_texels import SimilarMeans, means_on, opacity_of, with_means
+from deltalux.io.used_texels import SimilarMeans, means_on, with_means
 from deltalux.scene import Material
 from deltalux.scene.look import WRAPS, Look, Texture
 from deltalux.texels import MAX_FILE_BYTES, Texels, read_texels
 
 MOST_OPTION = 1e9  # options' numbers of this size or more are ignored
 MOST_WORDS = 16  # of a file name; more are several names
-ALPHA = opacity_of("BLEND")  # images' own alpha weights their texels
 # Statements that name a texture file.
 TEXTURES = {
     "map_Kd", "map_Ke", "map_Ka", "map_Ks", "map_Ns", "map_d", "map_bump", "map_Bump", "map_Pr", "map_Pm",
@@ -56,6 +56,7 @@ class _Map:
             (WRAPS[1] if self.clamped else WRAPS[0],) * 2,
             offset=(self.offset[0], 1 - self.scale[1] - self.offset[1]),
             scale=self.scale,
+            by_alpha=True,
         )
 
 
@@ -198,7 +199,7 @@ class MaterialLibrary:
         if name not in self._plain:
             self._plain[name] = self._whole(name)
         whole, made = self._plain[name], self._made.setdefault(name, _Made())
-        means = means_on(whole.look, ALPHA, self._texels_of, coordinates, areas)
+        means = means_on(whole.look, self._texels_of, coordinates, areas)
         number = made.similar.number(means)
         if number == len(made.materials):
             own = self._names.take(f"{name} on {user}" if made.materials else name)
@@ -231,6 +232,8 @@ class MaterialLibrary:
             self._notes.add(MISSING.format(self._missing), name)
         if entry.colours.get("Ke", np.zeros(3)).any():
             glow = self._texture(entry, "Ke", name)
+        if glow is not None:
+            self._notes.add(MEAN_GLOW, name)
         return Material(name, look=Look(colour, glow))
 
     def _texture(self, entry: _Entry, key: str, name: str) -> Texture | None:
@@ -246,7 +249,6 @@ class MaterialLibrary:
         except FormatError as error:
             self._notes.add(UNREADABLE, str(error))
             return None
-        self._notes.add("textures count with their mean colour", name)
         return found.texture(*self._images[found.path])
 
 
