@@ -21,7 +21,7 @@ SOURCES := $(shell find core bindings python -type f \
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help setup build demo test test-all test-thorough test-setup lint format docs viewer viewer-check sanitize portable fuzz soak bench bench-peers clean FORCE
+.PHONY: help setup build demo test test-all test-half test-thorough test-setup lint format docs viewer viewer-check sanitize portable fuzz soak bench bench-peers clean FORCE
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -41,6 +41,10 @@ test-all: test-setup ## Run all tests, the slow ones too
 	@sh tools/install_packages.sh libllvm19 || echo "note: no libllvm19 here: some tests of Mitsuba are skipped"
 	ctest --test-dir $(BUILD) --output-on-failure --no-tests=ignore -j $(JOBS)
 	$(PYTEST)
+
+# Which half of the files, the commit decides, so that a few landings run all.
+test-half: export DELTALUX_HALF = $(shell git rev-parse --short=7 HEAD 2>/dev/null || date +%j)
+test-half: test-all ## All short tests, and the slow ones of half of the files: what every landing runs
 
 test-thorough: export DELTALUX_THOROUGHNESS = 1
 test-thorough: test-all ## All tests, with all cases of those that draw theirs: several times as long

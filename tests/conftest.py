@@ -10,6 +10,7 @@ import pytest
 from deltalux import _core
 from hypothesis import settings
 from real_scenes import FOLDER
+from thoroughness import in_other_half
 
 collect_ignore = [] if FOLDER.is_dir() else ["python/readers/test_gltf_shared_scenes.py"]
 
@@ -35,6 +36,10 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         elif item.get_closest_marker("slow") is None:
             run.add(item.nodeid)
     missing = [name for name in sorted(kept - run) if name.partition("::")[0] in files]
+    other = [item for item in items if item.get_closest_marker("slow") and in_other_half(item.nodeid)]
+    if other:
+        items[:] = [item for item in items if item not in set(other)]
+        config.hook.pytest_deselected(items=other)
     if missing and not any("::" in argument for argument in config.args):
         raise pytest.UsageError(f"tests/promises.txt: {missing[0]} is not there, or marked as slow itself")
 
