@@ -22,16 +22,9 @@ enum : uint32_t {
   kLobeV
 };  // dimensions of a vertex's random numbers
 
-/// Adds a tint, unless it changes nothing.
-void add_tint(Vec3f factor, uint32_t flags, const direct::Receiver& at, Chain& chain) {
-  if (factor != Vec3f{1, 1, 1}) chain.add(Vertex::tint(factor, flags), at);
-}
-
-/// Adds the tint of a point on a surface.
-void add_tint_of(const scene::Scene& scene, const trace::Hit& hit, uint32_t flags,
-                 const direct::Receiver& at, Chain& chain) {
-  add_tint(scene.tint_at(hit.primitive, hit.u, hit.v),
-           Vertex::kOfSurface | scene.material_index(hit.primitive) | flags, at, chain);
+/// Adds factors, unless they change nothing.
+void add_factor(Vec3f factor, const direct::Receiver& at, Chain& chain) {
+  if (factor != Vec3f{1, 1, 1}) chain.add(Vertex::of_factor(factor), at);
 }
 
 /// Where a chain that came from `bend` leaves a point: a function of what is stored, so that it can
@@ -76,7 +69,7 @@ ChainTracer::Taken ChainTracer::take_lobe(const PathRandom& random, uint32_t ste
   const float chance = surface.kind->onward_chance(surface, arrival);
   if (!(random(step, kLobe) < chance)) {
     const float rest = 1 / (1 - chance);
-    add_tint({rest, rest, rest}, 0, at, chain);
+    add_factor({rest, rest, rest}, at, chain);
     return Taken::diffuse;
   }
   surfaces::Onward out;
@@ -85,11 +78,11 @@ ChainTracer::Taken ChainTracer::take_lobe(const PathRandom& random, uint32_t ste
   const float plane = scene.slack_of(hit.primitive);
   if (out.lobe == surfaces::Lobe::straight) {
     // Even if it changes nothing: the result depends on what lies here.
-    chain.add(Vertex::tint(out.factor), at);
+    chain.add(Vertex::of_factor(out.factor), at);
     origin = trace::pass_surface(origin, w, hit, plane);
     return Taken::straight;
   }
-  add_tint(out.factor, 0, at, chain);
+  add_factor(out.factor, at, chain);
   chain.add({scene.material_index(hit.primitive), scene::kNone, 0, chain.weight}, at);
   origin = trace::leave_surface(origin, w, hit, out.normal, plane);
   w = out.direction;
@@ -105,16 +98,16 @@ Chain ChainTracer::trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w,
   return chain;
 }
 
-Chain ChainTracer::resume(uint64_t key, const Draw& first, Vec3f origin,
-                          std::span<const Place> places, std::span<const Vertex> vertices) const {
+Chain ChainTracer::resume(uint64_t key, const Draw& first, Vec3f origin, const Points& kept) const {
   Chain chain;
   Walk walk{origin, {}, {}, kNoCell, origin};
-  std::copy(vertices.begin(), vertices.end(), chain.vertex.begin());
-  std::copy(places.begin(), places.end(), chain.place.begin());
-  chain.count = uint32_t(vertices.size());
-  chain.weight = vertices.back().weight;
-  for (size_t k = 0; k + 1 < vertices.size(); ++k)
-    if (vertices[k].is_point()) walk.bend = places[k].point(), ++walk.step;
+  std::copy(kept.vertices.begin(), kept.vertices.end(), chain.vertex.begin());
+  std::copy(kept.places.begin(), kept.places.end(), chain.place.begin());
+  std::copy(kept.tints.begin(), kept.tints.end(), chain.tint.begin());
+  chain.count = uint32_t(kept.size());
+  chain.weight = kept.vertices.back().weight;
+  for (size_t k = 0; k + 1 < kept.size(); ++k)
+    if (kept.vertices[k].is_point()) walk.bend = kept.places[k].point(), ++walk.step;
   walk.touched = walk.step;
   if (go_on(key, first, Taken::diffuse, walk, chain)) follow(key, first, walk, chain);
   return chain;
@@ -159,6 +152,7 @@ bool ChainTracer::go_on(uint64_t key, const Draw& first, Taken taken, Walk& walk
       !(random(walk.step, kStays) < kGoesOn))
     return false;
   const trace::Hit& hit = walk.hit = context_.caster.closest(walk.origin, walk.w);
+  if (hit.valid()) context_.scene.fetch_point(hit.primitive);
   if (aim.point && !(hit.valid() && aim.point->is_met(walk.origin, walk.w, hit))) return false;
   chain.tip = walk.origin + walk.w * (hit.valid() ? hit.t : context_.scene.beyond());
   if (!hit.valid()) return false;
@@ -173,10 +167,12 @@ void ChainTracer::touch(const Draw& draw, const direct::Receiver& at, const trac
                         uint32_t cell, Chain& chain) const {
   const scene::Scene& scene = context_.scene;
   const uint32_t material = scene.material_index(hit.primitive);
-  add_tint_of(scene, hit, 0, at, chain);
-  if (scene.has_specular()) chain.add({material | Vertex::kCaustic, cell, 1, chain.weight}, at);
+  scene.fetch_tint(hit.primitive, hit.u, hit.v);  // arrives while the lamp is asked
   const OneLight::Answer answer = one_light_.ask(context_.caster, Place::of(at).receiver(), draw);
-  chain.add({material, answer.light, answer.direct, chain.weight}, at);
+  const Tint tint = Tint::of(scene.tint_at(hit.primitive, hit.u, hit.v));
+  if (scene.has_specular())
+    chain.add({material | Vertex::kCaustic, cell, 1, chain.weight}, at, tint);
+  chain.add({material, answer.light, answer.direct, chain.weight}, at, tint);
 }
 
 void ChainTracer::finish(const Draw& draw, const direct::Receiver& at, const trace::Hit& hit,
@@ -185,15 +181,14 @@ void ChainTracer::finish(const Draw& draw, const direct::Receiver& at, const tra
   const scene::Scene& scene = context_.scene;
   const uint32_t material = scene.material_index(hit.primitive) | Vertex::kEnd;
   const direct::Receiver receiver = Place::of(at).receiver();
-  const uint32_t before = chain.count;
+  std::optional<Tint> tint;
   // Keep the vertex even if something hides the light: it may move.
   const auto ask = [&](const OneLight& one, bool keeps_dark) {
     const OneLight::Answer answer = one.ask(context_.caster, receiver, draw);
     if (answer.light == scene::kNone) return false;
     if (keeps_dark || answer.direct > 0) {
-      if (chain.count == before)
-        add_tint_of(scene, hit, Vertex::kEnd | Vertex::kLampsOnly, at, chain);
-      chain.add({material, answer.light, answer.direct, chain.weight}, at);
+      if (!tint) tint = Tint::of(scene.tint_at(hit.primitive, hit.u, hit.v));
+      chain.add({material, answer.light, answer.direct, chain.weight}, at, *tint);
     }
     return true;
   };

@@ -44,9 +44,9 @@ struct Context {
 
 /// Steps from hit to hit; a chain that takes this number ends in nothing.
 inline constexpr uint32_t kMaxTouched = 16;
-/// Each may have two before it, a tint and caustics. A chain that ends in a cell gets up to four
-/// more: two tints, and the direct light of a beam and of a sun at the end.
-inline constexpr uint32_t kMaxVertices = 3 * kMaxTouched + 4;
+/// Each may have two before it, factors and caustics. A chain that ends in a cell gets up to three
+/// more: factors, and the direct light of a beam and of a sun at the end.
+inline constexpr uint32_t kMaxVertices = 3 * kMaxTouched + 3;
 inline constexpr uint32_t kDark = kNoCell;  // where a ray meets nothing
 
 /// From the third vertex on, chains continue with the probability kGoesOn. It is fixed, since
@@ -59,6 +59,7 @@ inline constexpr float kGoesOn = 0.7f;
 struct Chain {
   std::array<Vertex, kMaxVertices> vertex;
   std::array<Place, kMaxVertices> place;  ///< of each vertex; where the last segment starts, too
+  std::array<Tint, kMaxVertices> tint;    ///< of each vertex
   uint32_t count = 0;
   uint32_t end = kDark;
   /// Weight of the end; the vertices' light has weights of its own.
@@ -69,10 +70,12 @@ struct Chain {
   /// Where the last segment ends; far outside of the world if it hits nothing. A ray towards a
   /// point of a beam ends there, even if something hides the point.
   Vec3f tip{};
-  void add(const Vertex& own, const direct::Receiver& at) {
+  void add(const Vertex& own, const direct::Receiver& at, Tint its = {}) {
     place[count] = Place::of(at);
+    tint[count] = its;
     vertex[count++] = own;
   }
+  Points points() const { return Points{vertex, place, tint}.subspan(0, count); }
 };
 
 /// Traces chains through the present scene.
@@ -86,10 +89,9 @@ class ChainTracer {
   Chain trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w, const trace::Hit& hit,
               uint32_t cell) const;
   /// The same chain where something changed behind one of its points alone: casts it from there.
-  /// Where all surfaces are diffuse and nothing depends on beams. `origin`: of the ray; `places`,
-  /// `vertices`: of the chain up to that point.
-  Chain resume(uint64_t key, const Draw& first, Vec3f origin, std::span<const Place> places,
-               std::span<const Vertex> vertices) const;
+  /// Where all surfaces are diffuse and nothing depends on beams. `origin`: of the ray; `kept`: of
+  /// the chain up to that point.
+  Chain resume(uint64_t key, const Draw& first, Vec3f origin, const Points& kept) const;
   /// Asks lights again at vertices of a chain whose way did not change, where all surfaces are
   /// diffuse. `key`, `first`: as for trace(); `renewal(vertex, receiver)`: why the vertex asks, if
   /// it does. Returns whether it cast rays.
@@ -100,7 +102,7 @@ class ChainTracer {
     uint32_t step = 0;
     for (size_t k = 0; k < vertices.size(); ++k) {
       Vertex& vertex = vertices[k];
-      if (vertex.is_tint()) continue;
+      if (vertex.is_factor()) continue;
       const direct::Receiver at = places[k].receiver();
       if (const Renewal why = renewal(vertex, at); why != Renewal::none) {
         const OneLight::Answer now =
@@ -120,7 +122,7 @@ class ChainTracer {
 
  private:
   /// Chooses a lobe for a hit. In one that is not diffuse, goes on: adds a vertex, and changes the
-  /// ray. Otherwise adds a tint for that the ray might have gone on.
+  /// ray. Otherwise adds a factor for that the ray might have gone on.
   enum class Taken : uint8_t { diffuse, specular, straight, nothing };
   Taken take_lobe(const PathRandom& random, uint32_t step, const direct::Receiver& at,
                   const trace::Hit& hit, Vec3f& origin, Vec3f& w, Chain& chain) const;

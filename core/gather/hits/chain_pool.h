@@ -23,9 +23,9 @@ struct Paint {
     if (cell >= caustics.size()) return {};
     return {caustics[cell][0], caustics[cell][1], caustics[cell][2]};
   }
-  /// How the surface of this material changes the light from beyond, where it has this tint.
-  Vec3f contrasted(uint32_t index, Vec3f tint) const {
-    return surfaces::tinted({1, 1, 1}, contrast[index], tint);
+  /// How the reflectance of this material, where it has this tint, compares with the mean.
+  Vec3f contrasted(uint32_t index, Tint tint) const {
+    return surfaces::tinted({1, 1, 1}, contrast[index], tint.value());
   }
   /// None of a light that was added since, and of kNone.
   Vec3f of_lamp(uint32_t light) const { return light < lamp.size() ? lamp[light] : Vec3f{}; }
@@ -39,9 +39,8 @@ class ChainPool {
   };
 
  public:
-  /// Stores a chain and returns its number. `vertices`: at most kMaxVertices, each with its place.
-  uint32_t add(std::span<const Vertex> vertices, std::span<const Place> places, uint32_t end,
-               float weight, Vec3f tip);
+  /// Stores a chain of at most kMaxVertices and returns its number.
+  uint32_t add(const Points& points, uint32_t end, float weight, Vec3f tip);
   void remove(uint32_t number);
   /// Replaces the vertices of a chain by as many others of the same places.
   void relight(uint32_t number, std::span<const Vertex> vertices);
@@ -53,6 +52,13 @@ class ChainPool {
   std::span<const Place> places(uint32_t number) const {
     return {&places_[chains_[number].first], chains_[number].count};
   }
+  /// Of each vertex; empty if all of all chains are 1.
+  std::span<const Tint> tints(uint32_t number) const {
+    if (!tints_.size()) return {};
+    return {&tints_[chains_[number].first], chains_[number].count};
+  }
+  Points points(uint32_t number) const { return {vertices(number), places(number), tints(number)}; }
+  bool has_tints() const { return tints_.size(); }
   /// Where the last segment ends, see Chain::tip.
   Vec3f tip(uint32_t number) const { return tips_[number]; }
   void prefetch_tip(uint32_t number) const { __builtin_prefetch(&tips_[number]); }
@@ -73,8 +79,8 @@ class ChainPool {
     __builtin_prefetch(&vertices_[chains_[number].first]);
     __builtin_prefetch(&places_[chains_[number].first]);
   }
-  /// Whether a chain brings what one of these vertices, end and weight would.
-  bool is(uint32_t number, std::span<const Vertex> vertices, uint32_t end, float weight) const;
+  /// Whether a chain brings what one of these vertices, tints, end and weight would.
+  bool is(uint32_t number, const Points& points, uint32_t end, float weight) const;
   uint32_t end(uint32_t number) const { return sent_[number].end; }
   float weight(uint32_t number) const { return sent_[number].weight; }
   /// The light that a chain sends back along the ray: `direct` from its vertices, plus `through`
@@ -87,6 +93,8 @@ class ChainPool {
   /// of one chain, without vertices
   static constexpr size_t kBytes = sizeof(Range) + sizeof(Sent) + sizeof(Vec3f);
   static constexpr size_t kVertexBytes = sizeof(Vertex) + sizeof(Place);
+  /// of a vertex of this pool
+  size_t vertex_bytes() const { return kVertexBytes + (has_tints() ? sizeof(Tint) : 0); }
   /// As computed by the last paint().
   const Sent& sent(uint32_t number) const { return sent_[number]; }
   /// Recomputes the light of all chains if `paint` changed.
@@ -99,6 +107,7 @@ class ChainPool {
  private:
   void send(uint32_t number, const Paint& paint);
   void add_gap(size_t length);
+  void write_tints(size_t first, std::span<const Tint> tints);
 
   Paint paint_;           // without materials: paint() was not called yet
   Chunks<Range> chains_;  // storage of each chain in vertices_
@@ -106,9 +115,10 @@ class ChainPool {
   Chunks<Sent> sent_;
   Chunks<Vec3f> tips_;  // by chain
   std::vector<uint32_t> free_;
-  // The vertices of a chain are contiguous, and so are their places, at the same indices.
+  // The vertices of a chain are contiguous, and so are their places and tints, at the same indices.
   Chunks<Vertex> vertices_;
   Chunks<Place> places_;
+  Chunks<Tint> tints_;  // empty before one of them is not 1
   // free storage in vertices_, by length
   std::array<std::vector<uint32_t>, kMaxVertices + 1> gaps_;
 };

@@ -122,8 +122,7 @@ class GatherHits::Caster {
     const uint32_t number = chain_of(hits_.targets_[place]);
     const Draw first = rays.beyond(ray);
     Chain chain = chains_.resume(key(sample, ray), first, rays.origin(),
-                                 hits_.chains_.places(number).first(kept),
-                                 hits_.chains_.vertices(number).first(kept));
+                                 hits_.chains_.points(number).subspan(0, kept));
     chains_.ask_again(key(sample, ray), first, std::span(chain.place).first(kept),
                       std::span(chain.vertex).first(kept),
                       [&](const Vertex& vertex, const direct::Receiver& at) {
@@ -206,11 +205,10 @@ GatherHits::Cast GatherHits::set(const CastRays& found) {
     bool same = is_chain(before) == is_chain(ray.target);
     if (is_chain(ray.target)) {
       const CastRays::Chained& chain = found.chained[next++];
-      const auto own = std::span(found.vertices).subspan(first, chain.count);
-      const auto places = std::span(found.places).subspan(first, chain.count);
+      const Points own = found.points().subspan(first, chain.count);
       first += chain.count;
       same = same && chains_.is(chain_of(before), own, chain.end, chain.weight);
-      target = store(own, places, chain.end, chain.weight, chain.tip);
+      target = store(own, chain.end, chain.weight, chain.tip);
     } else {
       same = same && before == ray.target;
       target = ray.target;
@@ -394,24 +392,25 @@ void GatherHits::bound_chains(const Context& context, const Workers& workers) {
 
 double GatherHits::PerRay::bytes(bool weighted) const {
   return sizeof(uint32_t) + (weighted ? sizeof(float) : 0) + chains * double(ChainPool::kBytes) +
-         vertices * double(ChainPool::kVertexBytes);
+         vertices * vertex_bytes;
 }
 
 GatherHits::PerRay GatherHits::per_ray() const {
   const double rays = std::max(1.0, double(targets_.size()));
-  return {double(chains_.size()) / rays, double(chains_.vertex_count()) / rays};
+  return {double(chains_.size()) / rays, double(chains_.vertex_count()) / rays,
+          double(chains_.vertex_bytes())};
 }
 
 double GatherHits::forecast_working_bytes(size_t samples, double rays, const PerRay& per_ray) {
   return double(std::min(samples, kPortion)) * rays *
          (sizeof(CastRays::Ray) + per_ray.chains * sizeof(CastRays::Chained) +
-          per_ray.vertices * ChainPool::kVertexBytes);
+          per_ray.vertices * per_ray.vertex_bytes);
 }
 
 size_t GatherHits::bytes_in_use() const {
   return (targets_.size() + weights_.size()) * sizeof(uint32_t) +
          in_beam_.size() * sizeof(uint64_t) + changed_.size() + parts_.size() +
-         chains_.size() * ChainPool::kBytes + chains_.vertex_count() * ChainPool::kVertexBytes;
+         chains_.size() * ChainPool::kBytes + chains_.vertex_count() * chains_.vertex_bytes();
 }
 
 size_t GatherHits::bytes() const {

@@ -107,13 +107,14 @@ class GatherHits {
   size_t bytes() const;
   /// The same without unused capacity.
   size_t bytes_in_use() const;
-  /// Average number of chains per ray, and of their vertices.
+  /// Average number of chains per ray, and of their vertices, and the bytes of one of these.
   struct PerRay {
     double chains = 0.2, vertices = 0.5;
+    double vertex_bytes = double(ChainPool::kVertexBytes);
     double bytes(bool weighted = true) const;
   };
   /// The same for the additional rays of noisy samples, most of which are close to contacts.
-  static constexpr PerRay kAddedRays{0.4, 1.0};
+  static constexpr PerRay kAddedRays{0.4, 1.0, double(ChainPool::kVertexBytes)};
   PerRay per_ray() const;
   /// Temporary memory while cast() runs, for samples with so many rays each.
   static double forecast_working_bytes(size_t samples, double rays, const PerRay& per_ray);
@@ -160,13 +161,17 @@ class GatherHits {
     std::vector<Chained> chained;  ///< chains of these rays, in their order
     std::vector<Vertex> vertices;  ///< vertices of these chains, one after the other
     std::vector<Place> places;
+    std::vector<Tint> tints;
     std::vector<uint32_t> relit;         ///< chains whose lights were asked again
     std::vector<Vertex> relit_vertices;  ///< of these, one after the other
     void add(const Chain& chain) {
       chained.push_back({chain.count, chain.end, chain.weight, chain.tip});
-      vertices.insert(vertices.end(), chain.vertex.begin(), chain.vertex.begin() + chain.count);
-      places.insert(places.end(), chain.place.begin(), chain.place.begin() + chain.count);
+      const Points own = chain.points();
+      vertices.insert(vertices.end(), own.vertices.begin(), own.vertices.end());
+      places.insert(places.end(), own.places.begin(), own.places.end());
+      tints.insert(tints.end(), own.tints.begin(), own.tints.end());
     }
+    Points points() const { return {vertices, places, tints}; }
     /// Grows a box by all segments but the first and last of the chains whose vertices come from
     /// this one on.
     void grow_by_bends(size_t first, Box& box) const {
@@ -183,10 +188,9 @@ class GatherHits {
   /// Number of the sample's rays that are up to date.
   uint32_t shown(size_t sample) const { return rays_of(sample, parts_[sample]); }
   /// Stores a chain and returns the target of its ray.
-  uint32_t store(std::span<const Vertex> vertices, std::span<const Place> places, uint32_t end,
-                 float weight, Vec3f tip) {
-    return kChain + (vertices.front().is_of_end() ? kStraight : 0) +
-           chains_.add(vertices, places, end, weight, tip);
+  uint32_t store(const Points& points, uint32_t end, float weight, Vec3f tip) {
+    return kChain + (points.vertices.front().is_of_end() ? kStraight : 0) +
+           chains_.add(points, end, weight, tip);
   }
   /// Stores results. Returns how many there are, and differ from what was stored.
   Cast set(const CastRays& found);

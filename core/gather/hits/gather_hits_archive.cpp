@@ -17,6 +17,7 @@ constexpr const char* kInBeam = "gather.in_beam";
 constexpr const char* kChains = "gather.chains";
 constexpr const char* kVertices = "gather.vertices";
 constexpr const char* kPlaces = "gather.places";
+constexpr const char* kTints = "gather.tints";
 
 constexpr size_t kPerStep = size_t(1) << 16;  // rays between two checks for cancellation
 
@@ -54,13 +55,11 @@ void check(const Record& record, uint32_t cells) {
 }
 
 void check(const Vertex& vertex, const Context& context) {
-  if (vertex.is_tint()) {
+  if (vertex.is_factor()) {
     const Vec3f factor = vertex.factor();
     for (int c = 0; c < 3; ++c)
-      if (!(factor[c] >= 0 && factor[c] <= Vertex::kMaxTint))
-        refuse(kVertices, "found a tint no surface has");
-    if (vertex.is_of_surface() && vertex.material_index() >= context.scene.materials.size())
-      refuse(kVertices, "found a tint of a material that is not there");
+      if (!(factor[c] >= 0 && factor[c] <= Vertex::kMaxFactor))
+        refuse(kVertices, "found a factor no lobe has");
     return;
   }
   if (vertex.material_index() >= context.scene.materials.size())
@@ -139,6 +138,7 @@ void GatherHits::save(ArchiveView& archive) const {
   archive.append(kChains, std::span<const Record>{});
   archive.append(kVertices, std::span<const Vertex>{});
   archive.append(kPlaces, std::span<const Place>{});
+  archive.append(kTints, std::span<const Tint>{});
   for (size_t first = 0; first < targets_.size(); first += kPerStep) {
     const std::span block =
         std::span(targets_).subspan(first, std::min(kPerStep, targets_.size() - first));
@@ -170,6 +170,8 @@ void GatherHits::save(ArchiveView& archive) const {
     };
     archive.make<Vertex>(kVertices, vertices, [all_of] { return all_of(&ChainPool::vertices); });
     archive.make<Place>(kPlaces, vertices, [all_of] { return all_of(&ChainPool::places); });
+    if (chains_.has_tints())
+      archive.make<Tint>(kTints, vertices, [all_of] { return all_of(&ChainPool::tints); });
   }
 }
 
@@ -199,9 +201,13 @@ void GatherHits::restore_samples(size_t first_sample, size_t last_sample, Archiv
   Entries<Vertex> vertices(archive, kVertices);
   Entries<Place> places(archive, kPlaces);
   if (places.left() != vertices.left()) refuse(kPlaces, "is not as long as the vertices");
+  Entries<Tint> tints(archive, kTints);
+  const bool tinted = tints.left();
+  if (tinted && tints.left() != vertices.left()) refuse(kTints, "is not as long as the vertices");
   const uint32_t cells = context.cells.size();
   std::array<Vertex, kMaxVertices> own;
   std::array<Place, kMaxVertices> own_places;
+  std::array<Tint, kMaxVertices> own_tints;
   for (size_t ray = 0; ray < count; ++ray) {
     if (ray % kPerStep == 0 && ray) {
       progress.advance(kPerStep);
@@ -218,12 +224,13 @@ void GatherHits::restore_samples(size_t first_sample, size_t last_sample, Archiv
     if (record.count > vertices.left()) refuse(kVertices, "is too short");
     for (uint32_t k = 0; k < record.count; ++k) {
       own[k] = vertices.next(), own_places[k] = places.next();
+      if (tinted) own_tints[k] = tints.next();
       check(own[k], context), check(own_places[k]);
       if (k && own[k - 1].is_of_end() && !own[k].is_of_end())
         refuse(kVertices, "found a chain that goes on behind its end");
     }
-    target = store(std::span(own).first(record.count), std::span(own_places).first(record.count),
-                   record.end, record.weight, record.tip);
+    target = store(Points{own, own_places, own_tints}.subspan(0, record.count), record.end,
+                   record.weight, record.tip);
   }
   if (records.left()) refuse(kChains, "holds chains that no ray has");
   if (vertices.left()) refuse(kVertices, "is too long");

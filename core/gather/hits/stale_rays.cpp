@@ -354,7 +354,7 @@ Stale StaleRays::asking(uint32_t chain, bool apart) const {
   const std::span<const Place> places = hits_.chains().places(chain);
   for (size_t k = 0; k < vertices.size(); ++k) {
     const Vertex& vertex = vertices[k];
-    if (vertex.is_tint() || vertex.is_caustic()) continue;
+    if (vertex.is_factor() || vertex.is_caustic()) continue;
     if (apart && !vertex.is_of_end()) continue;
     if (renewal(vertex, places[k].receiver()) != Renewal::none)
       return {keeps_ways_ ? Stale::lights : Stale::all};

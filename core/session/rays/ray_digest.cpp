@@ -19,6 +19,10 @@ void chain_chain(Lanes& lanes, const gather::ChainPool& chains, uint32_t number)
     lanes.chain(place.point());
     lanes.chain(uint64_t(place.normal) << 32 | bits(place.plane));
   }
+  // Whether tints of 1 are stored depends on what was there before.
+  const std::span<const gather::Tint> tints = chains.tints(number);
+  for (size_t k = 0; k < tints.size(); ++k)
+    if (tints[k] != gather::Tint{}) lanes.chain(uint64_t(k) << 32 | tints[k].bits());
   lanes.chain(chains.tip(number));
 }
 
