@@ -147,16 +147,22 @@ def test_unforeseen_stages_are_noted():
 
 @pytest.mark.usefixtures("reports_at_once")
 def test_steps_are_in_the_order_in_which_a_bake_reports_them():
+    """Of a busy machine's bakes each may pass over a step that is short; what is told is in order."""
     scene = pools_and_sconce()
-    heard: list[str] = []
     samples = dl.Samples(*world.area_points(scene, 200, seed=5))
-    with dl.Session(scene, samples, paths=5_000, gather=64, threads=1) as session:
-        session.progress = lambda stage, _: heard.append(stage) or True
-        session.bake()
     foreseen = [step.name for step in baking(OFFICE)]
-    reported = [stage for stage in dict.fromkeys(heard) if stage in foreseen]
-    assert {"share rays", "find noisy places", "cast gather rays"} <= set(reported)
-    assert reported == sorted(reported, key=foreseen.index)
+    missing = {"share rays", "find noisy places", "cast gather rays"}
+    for _ in range(30):
+        heard: list[str] = []
+        with dl.Session(scene, samples, paths=5_000, gather=64, threads=1) as session:
+            session.progress = lambda stage, _, heard=heard: heard.append(stage) or True
+            session.bake()
+        reported = [stage for stage in dict.fromkeys(heard) if stage in foreseen]
+        assert reported == sorted(reported, key=foreseen.index)
+        missing -= set(reported)
+        if not missing:
+            break
+    assert not missing
 
 
 def test_every_stage_of_the_engine_has_a_step():
