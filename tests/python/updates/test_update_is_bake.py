@@ -3,16 +3,20 @@
 
 Narrow spots and the sun make beams and guides, slits and pools other numbers of rays; lamps stand on
 movables, and a board covers a hole behind which there is more light. Some rooms have no sun, or no spots:
-chains ask lamps again then that moved, and are not cast again.
+chains ask lamps again then that moved, and are not cast again. Half of the rooms have textures.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import deltalux as dl
 import numpy as np
 import pytest
+from builders.gltf import png
+from deltalux.scene import replace_scene
+from deltalux.scene.look import ALPHA_MODES, WRAPS, Look, Texture
 from deltalux.session import ranges
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -64,7 +68,26 @@ def random_room(seed: int) -> dl.Scene:
     aside = ((0, 0.3, 0), (0.2, -1, 0.3))
     angles = (0.1, 0.4) if has_spots else (0.9, 1.2)
     lights.append(dl.SpotLight("lamp", *aside, (20, 18, 15), *angles, attached_to="stand"))
-    return dl.Scene(meshes, MATERIALS, lights)
+    scene = dl.Scene(meshes, MATERIALS, lights)
+    return textured(scene, rng) if rng.random() < 0.5 else scene
+
+
+def textured(scene: dl.Scene, rng: np.random.Generator) -> dl.Scene:
+    """The scene with random texels on walls and furniture; some triangles have no coordinates."""
+    materials = []
+    for material in scene.materials:
+        texels = rng.integers(0, 256, (*rng.integers(1, 9, 2), 4), dtype=np.uint8)
+        wrap = (int(rng.choice(WRAPS)), int(rng.choice(WRAPS)))
+        look = Look(
+            Texture(png(texels), rng.uniform(0.1, 0.6, 3), wrap), alpha_mode=str(rng.choice(ALPHA_MODES))
+        )
+        materials.append(material if material.emissive else replace(material, look=look))
+    meshes = []
+    for mesh in scene.meshes:
+        places = rng.uniform(-2, 2, (len(mesh.triangles), 3, 2)).astype(np.float32)
+        places[rng.random(len(places)) < 0.1] = np.nan
+        meshes.append(replace(mesh, coordinates=places))
+    return replace_scene(scene, materials=materials, meshes=meshes)
 
 
 NAMES = st.sampled_from(["board", "case 0", "stand", "lantern"])
