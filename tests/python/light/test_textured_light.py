@@ -9,7 +9,7 @@ from dataclasses import replace
 import deltalux as dl
 import numpy as np
 import pytest
-from builders.gltf import png
+from builders.gltf import GltfBuilder, png
 from deltalux.scene import core_textures, replace_scene
 from deltalux.scene.look import NEAREST, Look, Texture
 from deltalux.texels import LINEAR_OF_BYTE, linear_to_srgb, srgb_texels
@@ -102,6 +102,36 @@ def test_texels_are_as_tiles(rays, most: float):
     assert np.ptp(expected[:117], axis=0).min() > 0.5 * expected[:117].mean()
     np.testing.assert_allclose(found.mean(axis=0), expected.mean(axis=0), rtol=0.003)
     assert apart(found, expected) < most
+
+
+def test_a_file_s_image_lies_as_gltf_says(tmp_path):
+    """Close above each quarter of a floor, light has the colour of that quarter; v points down the image."""
+    colours = np.array([[(250, 40, 40), (40, 250, 40)], [(40, 40, 250), (240, 240, 40)]], np.uint8)
+    builder = GltfBuilder()
+    texture = {"index": builder.texture(png(colours))}
+    builder.json["samplers"] = [{"magFilter": NEAREST}]
+    builder.json["textures"][0]["sampler"] = 0
+    pbr = {"baseColorTexture": texture, "baseColorFactor": [0.8, 0.8, 0.8, 1], "metallicFactor": 0}
+    corners = np.array([(0, 0, 0), (0, 0, 2), (2, 0, 2), (2, 0, 0)], np.float32)
+    attributes = {
+        "POSITION": builder.accessor(corners),
+        "TEXCOORD_0": builder.accessor(np.ascontiguousarray(corners[:, [0, 2]] / 2)),
+    }
+    primitive = {
+        "attributes": attributes,
+        "indices": builder.accessor(np.array([0, 1, 2, 0, 2, 3], np.uint16)),
+        "material": builder.material(name="floor", pbrMetallicRoughness=pbr),
+    }
+    builder.node(mesh=builder.mesh(primitive), name="floor")
+    scene = dl.load(builder.write(tmp_path))
+    lamp = dl.PointLight("lamp", (1, 2, 1), (50, 50, 50))
+    points = np.array([(x, 0.05, z) for z in (0.5, 1.5) for x in (0.5, 1.5)])
+    samples = dl.Samples(points, np.tile((0, -1, 0), (4, 1)), 0.02)
+    with dl.Session(replace_scene(scene, lights=[lamp]), samples, paths=2000, gather=256) as session:
+        session.bake()
+        found = session.irradiance / session.irradiance.sum(axis=1, keepdims=True)
+    linear = LINEAR_OF_BYTE[colours].reshape(4, 3)
+    np.testing.assert_allclose(found, linear / linear.sum(axis=1, keepdims=True), atol=0.03)
 
 
 def test_a_mapping_turns_scales_and_wraps():
