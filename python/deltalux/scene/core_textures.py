@@ -46,7 +46,10 @@ class CoreTextures:
     def __init__(self, materials: Iterable[Material]) -> None:
         diffuse = [m for m in materials if isinstance(m.surface, DiffuseSurface)]
         self._looks = {m.name: m.look for m in diffuse if m.look.colour is not None}
-        self._most = _most_texels(images_of(t for look in self._looks.values() for t in look.textures[:1]))
+        most = self._most = _most_texels(
+            images_of(t for look in self._looks.values() for t in look.textures[:1])
+        )
+        self._size = f"{most} "  # of the images, in their hashes
 
     def have(self, material: Material) -> bool:
         """Whether light depends on a texture of the material."""
@@ -64,7 +67,9 @@ class CoreTextures:
             return
         texture = material.look.textures[0]
         found, texels = self._decode(material)
-        if material.look.texels not in (None, texels):
+        kept = material.look.texels
+        # Of images that were kept otherwise, as parts of another scene, it says nothing.
+        if kept is not None and kept != texels and kept.startswith(self._size):
             raise SceneError(
                 f'material "{material.name}": its image decodes to other texels here than where the '
                 "session was baked; open it with the version of Pillow of then, or bake it again"
@@ -96,7 +101,7 @@ class CoreTextures:
         known = _Decoded(
             image,
             weakref.ref(found, lambda _: _decoded.pop(key, None)),
-            hashlib.blake2b(texels.tobytes(), digest_size=8).hexdigest(),
+            self._size + hashlib.blake2b(texels.tobytes(), digest_size=8).hexdigest(),
         )
         _decoded[key] = known
         return found, known.texels

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import gc
 import io
 from dataclasses import replace
 
@@ -224,6 +225,24 @@ def test_a_file_whose_image_decodes_otherwise_here_is_refused(tmp_path, monkeypa
     monkeypatch.setattr(core_textures, "srgb_texels", lambda *given: srgb_texels(*given) // 2)
     with pytest.raises(dl.FormatError, match="decodes to other texels here"):
         dl.Session.open(tmp_path / "room.dlx")
+
+
+def test_an_image_is_decoded_once(tmp_path, monkeypatch):
+    """By a session, by another one beside it, and by the file that it is saved to."""
+    calls = []
+    monkeypatch.setattr(
+        core_textures, "srgb_texels", lambda *given: calls.append(given) or srgb_texels(*given)
+    )
+    scene = painted(pixels(7))
+    with dl.Session(scene, places(), paths=500, gather=64) as session:
+        dl.Session(scene, places()).close()
+        session.bake()
+        session.save(tmp_path / "room.dlx")
+        assert len(calls) == 1
+    del session
+    gc.collect()
+    dl.Session(scene, places()).close()
+    assert len(calls) == 2  # nobody had kept it
 
 
 def test_a_mesh_that_is_added_has_its_texture():
