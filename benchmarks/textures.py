@@ -101,8 +101,8 @@ def bake(source: str, size: int) -> str:
     with dl.Session(scene) as session:
         session.bake()
         seconds = time.process_time() - start
-        pages = int(Path("/proc/self/status").read_text().split("VmHWM:")[1].split()[0])
-    return f"{seconds} {pages / 1024}"
+        peak = int(Path("/proc/self/status").read_text().split("VmHWM:")[1].split()[0])  # KiB
+    return f"{seconds} {peak / 1024}"
 
 
 def main() -> int:

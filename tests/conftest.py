@@ -36,10 +36,13 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         elif item.get_closest_marker("slow") is None:
             run.add(item.nodeid)
     missing = [name for name in sorted(kept - run) if name.partition("::")[0] in files]
-    other = [item for item in items if item.get_closest_marker("slow") and in_other_half(item.nodeid)]
-    if other:
-        items[:] = [item for item in items if item not in set(other)]
-        config.hook.pytest_deselected(items=other)
+    halves: tuple[list[pytest.Item], list[pytest.Item]] = ([], [])  # what runs, what does not
+    for item in items:
+        skipped = item.get_closest_marker("slow") is not None and in_other_half(item.nodeid)
+        halves[skipped].append(item)
+    items[:] = halves[False]
+    if halves[True]:
+        config.hook.pytest_deselected(items=halves[True])
     if missing and not any("::" in argument for argument in config.args):
         raise pytest.UsageError(f"tests/promises.txt: {missing[0]} is not there, or marked as slow itself")
 

@@ -92,12 +92,18 @@ def srgb_texels(data: bytes, where: str, most: int, opacity: np.ndarray | None =
     """
 
     def read(image: Image.Image) -> np.ndarray:
-        factor = 1
-        while max(image.size) > most * factor:
-            factor *= 2
+        factor = halving(image.size, most)
         return _weighted(image, opacity) if factor == 1 else _halved(image, factor, opacity)
 
     return _decoded(data, where, read)
+
+
+def halving(size: tuple[int, int], most: int) -> int:
+    """The power of two that divides an image of this size to at most so many texels along a side."""
+    factor = 1
+    while max(size) > most * factor:
+        factor *= 2
+    return factor
 
 
 def _weighted(image: Image.Image, opacity: np.ndarray | None) -> np.ndarray:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from deltalux import _core
 from deltalux.errors import FormatError, SceneError
-from deltalux.texels import image_size, srgb_texels
+from deltalux.texels import halving, image_size, srgb_texels
 
 from .look import NEAREST, WRAPS, images_of
 from .scene import Material
@@ -117,7 +117,5 @@ def _most_texels(images: list[bytes]) -> int:
 
 
 def _texels(size: tuple[int, int], most: int) -> int:
-    factor = 1
-    while max(size) > most * factor:
-        factor *= 2
+    factor = halving(size, most)
     return -(-size[0] // factor) * -(-size[1] // factor)
