@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from builders.gltf import GltfBuilder, png
 from deltalux.scene import core_textures, replace_scene
-from deltalux.scene.look import NEAREST, Look, Texture
+from deltalux.scene.look import NEAREST, WRAPS, Look, Texture
 from deltalux.texels import LINEAR_OF_BYTE, linear_to_srgb, srgb_texels
 from edit_sequences import apply, equals_recompute
 from PIL import Image
@@ -145,6 +145,20 @@ def test_a_mapping_turns_scales_and_wraps():
         for m in scene.meshes
     ]
     np.testing.assert_allclose(light(replace_scene(scene, meshes=meshes), gather="off"), plain, rtol=1e-3)
+
+
+def test_beyond_its_edges_an_image_goes_on_as_it_says():
+    """Clamped along u and mirrored along v, twice its size: as an image that holds all of that."""
+    texels = pixels(4)
+    wide = np.concatenate([texels, np.repeat(texels[:, -1:], TEXELS, axis=1)], axis=1)
+    whole = painted(np.concatenate([wide, wide[::-1]]), mag_filter=NEAREST)
+    wrapped = painted(texels, mag_filter=NEAREST, wrap=WRAPS[1:])
+    found = []
+    for scene, scale in ((whole, 1), (wrapped, 2)):
+        floor = next(m for m in scene.meshes if m.name == "floor")
+        meshes = [*walls(), replace(floor, coordinates=np.float32(scale) * UV)]
+        found.append(light(replace_scene(scene, meshes=meshes), gather="off"))
+    assert apart(found[1], found[0]) < 0.001
 
 
 def test_what_has_no_coordinates_has_the_mean():
