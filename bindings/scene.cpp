@@ -10,6 +10,7 @@
 #include "common.h"
 #include "lights/kinds.h"
 #include "surfaces/kinds.h"
+#include "surfaces/pane.h"
 #include "surfaces/textured.h"
 #include "trace/lights.h"
 
@@ -36,13 +37,29 @@ surfaces::Wrap wrap_named(const std::string& name) {
 /// Gives the last material a texture: its mapping, and the mean that the reflectance stands for.
 void set_texture(Scene& scene, std::shared_ptr<const Texture> texture,
                  const std::array<std::string, 2>& wrap, bool nearest,
-                 const std::array<std::array<float, 3>, 2>& matrix, std::array<float, 3> mean) {
-  surfaces::TextureMap map{std::move(texture), matrix, {}, {}};
+                 const std::array<std::array<float, 3>, 2>& matrix, std::array<float, 3> mean,
+                 bool cut_out) {
+  surfaces::TextureMap map{std::move(texture), matrix, {}, {}, cut_out};
   map.sampler = {{wrap_named(wrap[0]), wrap_named(wrap[1])}, nearest};
   // Of a darker mean, rounding leaves little, and products of gains could overflow.
   constexpr float kLeastMean = 1e-3f;
   for (size_t c = 0; c < 3; ++c) map.gain[int(c)] = mean[c] >= kLeastMean ? 1 / mean[c] : 0.0f;
   scene.materials.back() = surfaces::textured(scene.materials.back(), std::move(map));
+}
+
+/// (k, 2): shares of light that pass panes straight, and that are for the diffuse lobe, by the
+/// cosine between light and normal and a factor on the coverage.
+nb::object pane_shares(const std::array<float, 6>& p, const Column<double>& cosine,
+                       const Column<double>& opacity) {
+  if (cosine.shape(0) != opacity.shape(0)) throw SceneError("pane: found arrays of unlike lengths");
+  std::vector<float> out;
+  for (size_t i = 0; i < cosine.shape(0); ++i) {
+    const surfaces::PaneParameters pane{
+        p[0] * float(opacity.data()[i]), p[1], p[2], p[3], p[4], p[5]};
+    const surfaces::PaneShares own = surfaces::shares_of(pane, cosine.data()[i]);
+    out.insert(out.end(), {own.straight, own.diffuse});
+  }
+  return make_array(std::move(out), {cosine.shape(0), 2});
 }
 
 scene::Object make_object(const std::string& name, const Rows<float, 3>& vertices,
@@ -74,6 +91,7 @@ void bind_scene(nb::module_& m) {
         new (self) scene::Object(
             make_object(name, vertices, triangles, material, group, movable, pose, texture));
       });
+  m.def("pane_shares", &pane_shares);
   nb::class_<Texture>(m, "Texture", nb::is_weak_referenceable()).def(nb::new_(&make_texture));
   nb::class_<Scene>(m, "Scene")
       .def(nb::init<>())

@@ -15,6 +15,9 @@ inline Vec3f facing(Vec3f normal, Vec3f w) {
   return dot(n, w) > 0 ? -n : n;
 }
 
+/// The direction of a ray along w after a mirror; n: its unit normal.
+inline Vec3f mirrored(Vec3f w, Vec3f n) { return normalize(w - n * (2 * dot(n, w))); }
+
 /// The unit vector at a share of a full turn from `u` towards `v`, two perpendicular unit vectors.
 inline Vec3f on_circle(Vec3f u, Vec3f v, float share) {
   const float turn = 2 * std::numbers::pi_v<float> * share;

@@ -116,6 +116,11 @@ class Scene {
     if (!own.varies()) return {1, 1, 1};
     return own.kind->tint(own, point_on(primitive, u, v));
   }
+  /// Kind::diffuse_share() of the primitive's surface at that point.
+  double diffuse_share(uint32_t primitive, float u, float v) const {
+    const Material& own = material_of(primitive);
+    return own.has_lobes() ? double(own.kind->diffuse_share(own, point_on(primitive, u, v))) : 1.0;
+  }
   /// Whether light may go on from the primitive in another lobe than the diffuse one.
   bool has_lobes(uint32_t primitive) const {
     return (has_specular_ || transmits_) && material_of(primitive).has_lobes();

@@ -60,7 +60,7 @@ struct Surface {
   /// How much points differ from the mean, in units of their tints' differences from 1: 1, or less
   /// if the brightest points would reflect more than they receive. They reflect all of it then.
   Vec3f contrast() const;
-  /// The diffuse reflectance at a point, in [0, 1].
+  /// The reflectance of the diffuse lobe at a point, in [0, 1].
   Vec3f diffuse_at(const SurfacePoint& at) const;
 };
 
@@ -106,8 +106,9 @@ struct Onward {
   Lobe lobe = Lobe::specular;
   Vec3f normal;     ///< unit, on the side on which it leaves; not of straight light
   Vec3f direction;  ///< unit
-  /// On the light from there, per channel; Surface::reflectance multiplies specular light.
-  Vec3f factor;
+  Vec3f factor;     ///< on the light from there, per channel
+  /// Of specular light: whether Surface::reflectance multiplies it, too.
+  bool painted = true;
 };
 
 /// What a surface's answers depend on, beside the surface itself.
@@ -129,13 +130,13 @@ class Kind {
   /// through. Not asked if the surface is opaque.
   virtual bool stops(const Surface& surface, const SurfacePoint& at) const = 0;
 
-  /// The diffuse reflectance at a point, relative to the surface's mean, where its contrast is 1; 1
-  /// on average. Depends on the parameters, not on the reflectance. Not asked unless
-  /// Surface::varies(): it is 1 then.
+  /// The reflectance of the diffuse lobe at a point, relative to the surface's mean, where its
+  /// contrast is 1; 1 on average. Depends on the parameters, not on the reflectance. Not asked
+  /// unless Surface::varies(): it is 1 then.
   virtual Vec3f tint(const Surface& surface, const SurfacePoint& at) const = 0;
   /// Begins to bring what tint() reads of this point into the cache.
   virtual void fetch(const Surface&, const SurfacePoint&) const {}
-  /// Upper bound of all that any point reflects, in whatever lobe, relative to the surface's mean.
+  /// Upper bound of tint().
   virtual Vec3f max_tint(const Surface& surface) const = 0;
 
   // Lobes that are not diffuse. All of this depends on the parameters, not on the reflectance, so
@@ -144,10 +145,12 @@ class Kind {
   /// Whether it has a specular lobe; whether it lets light pass straight.
   virtual bool has_specular(const Surface&) const { return false; }
   virtual bool transmits(const Surface&) const { return false; }
-  /// The probability with which a ray that follows light back takes one of these at this point.
-  virtual float onward_chance(const Surface&, const Arrival&) const { return 0; }
-  /// Which one, and how it goes on, for random numbers u and v. False: it ends in nothing. The
-  /// factor includes 1 / onward_chance().
+  /// The share of the light at this point that is for the diffuse lobe, of which that sends back
+  /// its reflectance: where there is no glass, or no mirror. With this probability, a ray that
+  /// follows light back takes the diffuse lobe.
+  virtual float diffuse_share(const Surface&, const SurfacePoint&) const { return 1; }
+  /// Which of the others it takes else, and how it goes on, for random numbers u and v. False: it
+  /// ends in nothing. The factor includes 1 / (1 - diffuse_share()).
   virtual bool onward(const Surface&, const Arrival&, float u, float v, Onward& out) const {
     (void)u, (void)v, (void)out;
     return false;

@@ -3,6 +3,7 @@
 #include "surfaces/kinds.h"
 
 #include "base/find_named.h"
+#include "surfaces/pane.h"
 
 namespace deltalux::surfaces {
 
@@ -10,7 +11,7 @@ namespace deltalux::surfaces {
 
 namespace {
 
-constexpr const Kind& (*kKinds[])() = {diffuse};
+constexpr const Kind& (*kKinds[])() = {diffuse, pane};
 
 }  // namespace
 

@@ -65,12 +65,15 @@ Texture::Texture(uint32_t width, uint32_t height, std::span<const Texel> texels)
   DELTALUX_ASSERT(width_ && height_ && texels.size() == size_t(width_) * height_);
   tiles_.resize(across_ * ((height_ + kEdge - 1) / kEdge));
   Texel most{};
+  uint8_t least = 255;
   for (size_t row = 0; row < height_; ++row)
     for (size_t column = 0; column < width_; ++column) {
       const Texel& own = texels[row * width_ + column];
       tiles_[tile(column, row)].texel[in_tile(column, row)] = own;
       for (size_t c = 0; own[3] && c < 3; ++c) most[c] = std::max(most[c], own[c]);
+      least = std::min(least, own[3]);
     }
+  least_weight_ = kTables.share[least];
   brightest_ = {kTables.linear[most[0]], kTables.linear[most[1]], kTables.linear[most[2]]};
 }
 

@@ -38,6 +38,8 @@ class Texture {
   void fetch(float u, float v, const Sampler& sampler) const;
   /// The linear maximum over all texels that count, per channel.
   Vec3f brightest() const { return brightest_; }
+  /// The least of how much texels count.
+  float least_weight() const { return least_weight_; }
   size_t bytes() const { return tiles_.capacity() * sizeof(Tile); }
 
  private:
@@ -54,6 +56,7 @@ class Texture {
   size_t across_;  // tiles in a row of them
   std::vector<Tile> tiles_;
   Vec3f brightest_{};
+  float least_weight_ = 1;
 };
 
 /// How a texture lies on a surface, and what its texels mean there.
@@ -65,6 +68,8 @@ struct TextureMap {
   /// 1 / the mean texel where the surface has its mean reflectance; 0 for a channel that is black
   /// there, so that the texels do not count.
   Vec3f gain{1, 1, 1};
+  /// Whether the surface has holes where texels count less than half.
+  bool cut_out = false;
 };
 
 }  // namespace deltalux::surfaces

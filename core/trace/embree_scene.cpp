@@ -16,6 +16,7 @@
 #include "base/cpu.h"
 #include "base/error.h"
 #include "base/fault.h"
+#include "trace/scatter.h"
 
 namespace deltalux::trace {
 namespace {
@@ -120,7 +121,7 @@ bool transmits(const scene::Scene& scene, uint32_t primitive) {
 struct Veils {
   static constexpr size_t kMost = 64;
   struct Met {
-    uint32_t primitive;
+    Hit hit;
     float transmittance;
   };
   QueryContext context;  // must be first: Embree passes its address back
@@ -140,12 +141,13 @@ struct Veils {
     if (self.count == kMost || !transmits(*holes.scene, primitive)) return;
     // Embree may report a triangle twice.
     for (size_t i = 0; i < self.count; ++i)
-      if (self.met[i].primitive == primitive) return;
+      if (self.met[i].hit.primitive == primitive) return;
     const scene::Material& surface = holes.scene->material_of(primitive);
     const surfaces::Arrival arrival{normalize(Vec3f{ray.dir_x, ray.dir_y, ray.dir_z}),
                                     {hit.Ng_x, hit.Ng_y, hit.Ng_z},
                                     holes.scene->point_on(primitive, hit.u, hit.v)};
-    self.met[self.count++] = {primitive, surface.kind->transmittance(surface, arrival)};
+    self.met[self.count++] = {{ray.tfar, primitive, arrival.normal, hit.u, hit.v},
+                              surface.kind->transmittance(surface, arrival)};
   }
 };
 
@@ -370,10 +372,17 @@ float EmbreeScene::transmittance(Vec3f o, Vec3f d, float to) const {
   Veils veils{{}, holes_.get(), {}};
   collect(handle(scene_), o, d, to, veils);
   const auto end = veils.met.begin() + long(veils.count);
-  std::sort(veils.met.begin(), end,
-            [](const Veils::Met& a, const Veils::Met& b) { return a.primitive < b.primitive; });
-  float product = 1;
-  for (auto own = veils.met.begin(); own != end; ++own) product *= own->transmittance;
+  std::sort(veils.met.begin(), end, [](const Veils::Met& a, const Veils::Met& b) {
+    return std::pair(a.hit.t, a.hit.primitive) < std::pair(b.hit.t, b.hit.primitive);
+  });
+  float product = 1, passed = -1;
+  for (auto own = veils.met.begin(); own != end; ++own) {
+    // As for paths: two triangles at their common edge, or in one plane, are one surface.
+    if (own->hit.t <= passed) continue;
+    product *= own->transmittance;
+    const float plane = holes_->scene->slack_of(own->hit.primitive);
+    passed = own->hit.t + passing_distance(o, d, own->hit, plane);
+  }
   return product;
 }
 

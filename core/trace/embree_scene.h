@@ -49,7 +49,7 @@ class EmbreeScene {
   Hit closest(uint32_t first_primitive, Vec3f o, Vec3f d, float from, float to) const;
   bool occluded(Vec3f o, Vec3f d, float to) const;
   /// The share of light along the ray that passes what it meets before `to`: the product over
-  /// surfaces, in the order of primitives. Only of rays that are not occluded.
+  /// surfaces, in their order along the ray. Only of rays that are not occluded.
   float transmittance(Vec3f o, Vec3f d, float to) const;
   /// A triangle that blocks the ray, and all others that meet it: none of its points lets rays
   /// pass. Null if the ray is free, or meets another triangle first.

@@ -31,10 +31,15 @@ inline Vec3f leave_surface(Vec3f origin, Vec3f w, const Hit& hit, Vec3f n, float
   return origin + w * (hit.t - back) + n * (epsilon - back * cosine);
 }
 
-/// The point where a path goes on straight behind the surface that it hit, surface_slack() off it.
-inline Vec3f pass_surface(Vec3f origin, Vec3f w, const Hit& hit, float plane) {
+/// How far behind the surface that it hit a path goes on straight: surface_slack() off it.
+inline float passing_distance(Vec3f origin, Vec3f w, const Hit& hit, float plane) {
   const float cosine = std::fabs(dot(normalize(hit.normal), w));
-  return origin + w * (hit.t + surface_slack(origin, w, hit, plane) / std::max(cosine, 1.0f / 16));
+  return surface_slack(origin, w, hit, plane) / std::max(cosine, 1.0f / 16);
+}
+
+/// The point where it goes on.
+inline Vec3f pass_surface(Vec3f origin, Vec3f w, const Hit& hit, float plane) {
+  return origin + w * (hit.t + passing_distance(origin, w, hit, plane));
 }
 
 }  // namespace deltalux::trace

@@ -50,6 +50,11 @@ class Texels:
     mean: np.ndarray
     sampled: np.ndarray
 
+    @property
+    def has_gaps(self) -> bool:
+        """Whether alpha is below 1 somewhere."""
+        return self.sampled.shape[-1] in (2, 4) and bool((self.sampled[..., -1] < 255).any())
+
 
 def read_texels(data: bytes, where: str) -> Texels:
     """Decode an image once; FormatError if that is impossible."""

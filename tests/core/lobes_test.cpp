@@ -121,7 +121,7 @@ TEST(Lobes, AMirrorShowsTheLampsImage) {
 /// A black floor of 4 x 4 m below a lamp, and a pane between them that covers a half of it.
 scene::Scene floor_and_pane() {
   scene::Scene scene;
-  scene.materials = {{}, surfaces::pane(0.7f)};
+  scene.materials = {{}, surfaces::dimming_pane(0.7f)};
   scene::Object floor;
   floor.name = "floor";
   direct::add_quad(floor, {0, 0, 0}, {0, 0, 4}, {4, 0, 0}, 0);
@@ -194,7 +194,8 @@ TEST(Lobes, AGatherFindsWhatPathsBring) {
 /// or a lamp does, through a pane.
 scene::Scene foot_of_wall(bool by_mirror) {
   scene::Scene scene;
-  scene.materials = {{{0.8f, 0.8f, 0.8f}}, surfaces::mirror({1, 1, 1}), surfaces::pane(0.4f)};
+  scene.materials = {
+      {{0.8f, 0.8f, 0.8f}}, surfaces::mirror({1, 1, 1}), surfaces::dimming_pane(0.4f)};
   scene::Object walls;
   walls.name = "walls";
   direct::add_quad(walls, {0, 0, 0}, {0, 0, 4}, {4, 0, 0}, 0);

@@ -20,17 +20,15 @@ class Mirror final : public Kind {
   }
   bool is_opaque(const Surface&) const override { return true; }
   bool stops(const Surface&, const SurfacePoint&) const override { return true; }
-  Vec3f tint(const Surface& surface, const SurfacePoint&) const override {
-    return Vec3f{1, 1, 1} * (1 - surface.parameters[0]);
-  }
+  Vec3f tint(const Surface&, const SurfacePoint&) const override { return {1, 1, 1}; }
   Vec3f max_tint(const Surface&) const override { return {1, 1, 1}; }
   bool has_specular(const Surface&) const override { return true; }
-  float onward_chance(const Surface& surface, const Arrival&) const override {
-    return surface.parameters[0];
+  float diffuse_share(const Surface& surface, const SurfacePoint&) const override {
+    return 1 - surface.parameters[0];
   }
   bool onward(const Surface&, const Arrival& arrival, float, float, Onward& out) const override {
     const Vec3f normal = facing(arrival.normal, arrival.direction);
-    out = {Lobe::specular, normal, mirrored(arrival), {1, 1, 1}};
+    out = {Lobe::specular, normal, mirrored(arrival.direction, normal), {1, 1, 1}};
     return true;
   }
   bool scatter(const Surface& surface, const Arrival& arrival, const BounceRandom& random,
@@ -41,18 +39,12 @@ class Mirror final : public Kind {
     out.normal = facing(arrival.normal, arrival.direction);
     out.lobe = random(kMore) < surface.parameters[0] ? Lobe::specular : Lobe::diffuse;
     out.direction = out.lobe == Lobe::specular
-                        ? mirrored(arrival)
+                        ? mirrored(arrival.direction, out.normal)
                         : cosine_direction(out.normal, random(kScatterU), random(kScatterV));
     for (int c = 0; c < 3; ++c) out.throughput[c] = double(reflectance[c]) / double(survival);
     return true;
   }
   Vec3d max_throughput(const Surface&) const override { return {1, 1, 1}; }
-
- private:
-  static Vec3f mirrored(const Arrival& arrival) {
-    const Vec3f n = facing(arrival.normal, arrival.direction);
-    return normalize(arrival.direction - n * (2 * dot(n, arrival.direction)));
-  }
 };
 
 inline Surface mirror(Vec3f reflectance, float mirrored = 1) {

@@ -281,7 +281,7 @@ TEST(Ranges, AddUpWhereMirrorsAre) { expect_to_add_up({2}, room_with_mirrors());
 
 TEST(Ranges, AddUpWherePanesAre) {
   scene::Scene scene = room_with_spot();  // whose objects are those of the edits
-  scene.materials.push_back(surfaces::pane(0.8f));
+  scene.materials.push_back(surfaces::dimming_pane(0.8f));
   // A part of the spot's light passes it, so that asked lights have direct light at two bounces.
   direct::add_quad(scene.objects[0], {2.15f, 0, 0}, {0, 2, 0}, {0, 0, 2.06f}, 2);
   scene.finish();

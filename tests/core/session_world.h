@@ -55,8 +55,8 @@ inline scene::Scene room_with_mirrors() {
 /// lies above the block.
 inline scene::Scene room_with_panes(float passes = 0.8f) {
   scene::Scene scene = room_with_spot();
-  scene.materials.push_back(surfaces::pane(passes));
-  scene.materials.push_back(surfaces::pane(0.5f));
+  scene.materials.push_back(surfaces::dimming_pane(passes));
+  scene.materials.push_back(surfaces::dimming_pane(0.5f));
   direct::add_quad(scene.objects[0], {2.9f, 0, 0}, {0, 3, 0}, {0, 0, 4}, 2);
   scene::Object lid;
   lid.name = "lid";

@@ -45,6 +45,10 @@ export interface MaterialInfo {
   two_sided: boolean
   colour: TextureInfo | null // of the reflectance
   glow: TextureInfo | null // of the emission
+  opacity: number // share of what is behind that it hides
+  scattered: number // factor on its own reflectance as it is shown: glass shows none
+  by_alpha: boolean // whether the alpha of its colour is a factor on that
+  cut_out: number | null // least alpha of the colour that is shown; null: all is
 }
 
 export interface CameraInfo {

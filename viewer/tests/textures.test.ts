@@ -14,7 +14,8 @@ const texture: TextureInfo = {
   matrix: [1, 2, 3, 4, 5, 6],
 }
 const plain = { name: 'wall', reflectance: texture.mean, emission: texture.mean }
-const material = { ...plain, group: null, two_sided: false }
+const opaque = { opacity: 1, scattered: 1, by_alpha: false, cut_out: null }
+const material = { ...plain, ...opaque, group: null, two_sided: false }
 
 describe('images', () => {
   it('may be as large as all of them fit', () => {

@@ -27,9 +27,10 @@ bool any_varies(const scene::Scene& scene, std::span<const BodyCells::Triangle> 
 
 void add_cell_tints(const scene::Scene& scene, uint32_t first_primitive,
                     std::span<const BodyCells::Triangle> triangles, const BodyCells& cells,
-                    float edge, const Progress& progress, std::vector<Vec3f>& out) {
+                    float edge, const Progress& progress, std::vector<Vec3f>& out,
+                    std::span<float> areas) {
   std::vector<Vec3d> sum(cells.size());
-  std::vector<double> area(cells.size());
+  std::vector<double> all(cells.size()), solid(cells.size()), diffuse(cells.size());
   uint64_t points = 0;
   for (uint32_t t = 0; t < triangles.size(); ++t) {
     if (!varies(scene, triangles[t])) continue;
@@ -44,16 +45,22 @@ void add_cell_tints(const scene::Scene& scene, uint32_t first_primitive,
       if (++points % kCheck == 0) progress.check();
       float u = unit_float32(sobol::point(i, 0)), v = unit_float32(sobol::point(i, 1));
       if (u + v > 1) u = 1 - u, v = 1 - v;  // folds the square into the triangle
+      const bool is_hole = scene.lets_pass(first_primitive + t, u, v);
       const Vec3d tint(scene.tint_at(first_primitive + t, u, v));
+      const double share = is_hole ? 0 : each * scene.diffuse_share(first_primitive + t, u, v);
       for (const Vec3f& w : {-n, n}) {
         const uint32_t cell = cells.find(t, corner[0] + e * u + f * v, w);
-        if (cell != kNoCell) sum[cell] = sum[cell] + tint * each, area[cell] += each;
+        if (cell == kNoCell) continue;
+        sum[cell] = sum[cell] + tint * share, diffuse[cell] += share;
+        all[cell] += each, solid[cell] += is_hole ? 0 : each;
       }
     }
   }
   out.reserve(out.size() + cells.size());
-  for (size_t cell = 0; cell < cells.size(); ++cell)
-    out.push_back(area[cell] > 0 ? Vec3f(sum[cell] * (1 / area[cell])) : Vec3f{1, 1, 1});
+  for (size_t cell = 0; cell < cells.size(); ++cell) {
+    out.push_back(diffuse[cell] > 0 ? Vec3f(sum[cell] * (1 / diffuse[cell])) : Vec3f{1, 1, 1});
+    if (all[cell] > 0) areas[cell] *= float(solid[cell] / all[cell]);
+  }
 }
 
 }  // namespace deltalux::gather

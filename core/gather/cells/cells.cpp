@@ -77,7 +77,8 @@ void Cells::add(const scene::Scene& scene, uint32_t object, uint32_t first_primi
   }
   if (!tint_.empty() || any_varies(scene, triangles)) {
     tint_.resize(bodies_.back().first_cell, {1, 1, 1});
-    add_cell_tints(scene, first_primitive, triangles, own, edge, progress, tint_);
+    add_cell_tints(scene, first_primitive, triangles, own, edge, progress, tint_,
+                   std::span(area_).subspan(bodies_.back().first_cell));
   }
 }
 

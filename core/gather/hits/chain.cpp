@@ -66,12 +66,7 @@ ChainTracer::Taken ChainTracer::take_lobe(const PathRandom& random, uint32_t ste
   const scene::Scene& scene = context_.scene;
   const scene::Material& surface = scene.material_of(hit.primitive);
   const surfaces::Arrival arrival{w, hit.normal, scene.point_on(hit.primitive, hit.u, hit.v)};
-  const float chance = surface.kind->onward_chance(surface, arrival);
-  if (!(random(step, kLobe) < chance)) {
-    const float rest = 1 / (1 - chance);
-    add_factor({rest, rest, rest}, at, chain);
-    return Taken::diffuse;
-  }
+  if (random(step, kLobe) < surface.kind->diffuse_share(surface, arrival.at)) return Taken::diffuse;
   surfaces::Onward out;
   if (!surface.kind->onward(surface, arrival, random(step, kLobeU), random(step, kLobeV), out))
     return Taken::nothing;
@@ -80,13 +75,17 @@ ChainTracer::Taken ChainTracer::take_lobe(const PathRandom& random, uint32_t ste
     // Even if it changes nothing: the result depends on what lies here.
     chain.add(Vertex::of_factor(out.factor), at);
     origin = trace::pass_surface(origin, w, hit, plane);
-    return Taken::straight;
+    return Taken::by_factor;
   }
-  add_factor(out.factor, at, chain);
-  chain.add({scene.material_index(hit.primitive), scene::kNone, 0, chain.weight}, at);
+  if (out.painted) {
+    add_factor(out.factor, at, chain);
+    chain.add({scene.material_index(hit.primitive), scene::kNone, 0, chain.weight}, at);
+  } else {
+    chain.add(Vertex::of_factor(out.factor), at);
+  }
   origin = trace::leave_surface(origin, w, hit, out.normal, plane);
   w = out.direction;
-  return Taken::specular;
+  return out.painted ? Taken::painted : Taken::by_factor;
 }
 
 Chain ChainTracer::trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w,
@@ -148,7 +147,7 @@ bool ChainTracer::go_on(uint64_t key, const Draw& first, Taken taken, Walk& walk
   chain.tip = aim.point ? aim.point->at : walk.origin;
   ++walk.step;
   if (walk.step == kMaxTouched || walk.w == Vec3f{} || taken == Taken::nothing) return false;
-  if (taken != Taken::straight && ++walk.touched > kSurely &&
+  if (taken != Taken::by_factor && ++walk.touched > kSurely &&
       !(random(walk.step, kStays) < kGoesOn))
     return false;
   const trace::Hit& hit = walk.hit = context_.caster.closest(walk.origin, walk.w);

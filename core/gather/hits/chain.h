@@ -121,9 +121,9 @@ class ChainTracer {
   Chain end(const Draw& first, Vec3f origin, Vec3f w, const trace::Hit& hit, uint32_t cell) const;
 
  private:
-  /// Chooses a lobe for a hit. In one that is not diffuse, goes on: adds a vertex, and changes the
-  /// ray. Otherwise adds a factor for that the ray might have gone on.
-  enum class Taken : uint8_t { diffuse, specular, straight, nothing };
+  /// Chooses a lobe for a hit. In one that is not diffuse, goes on: adds a vertex, which is a point
+  /// if the surface's reflectance counts, and changes the ray.
+  enum class Taken : uint8_t { diffuse, painted, by_factor, nothing };
   Taken take_lobe(const PathRandom& random, uint32_t step, const direct::Receiver& at,
                   const trace::Hit& hit, Vec3f& origin, Vec3f& w, Chain& chain) const;
   /// A ray, what it met, and what it did before.

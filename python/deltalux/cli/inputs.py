@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import deltalux as dl
-from deltalux.io import MISSING_REFLECTANCE
+from deltalux.io import LITERAL, MISSING_REFLECTANCE
 from deltalux.solid_places import open_place
 from deltalux.stored.facts import edited_scene
 
@@ -43,7 +43,7 @@ def open_scene(
     unit: str | float | None = None,
     up: str = "y",
     groups: str = "auto",
-    glass: str = "opaque",
+    glass: str = LITERAL,
     reflectance: float = MISSING_REFLECTANCE,
 ) -> dl.Scene:
     """Load a scene file, take that of a session file as it was edited, or build a bundled scene.
@@ -65,7 +65,7 @@ def open_scene(
         scene = _with_movable(getattr(dl.scenes, name)(), movable)
     elif Path(word).suffix.lower() == SESSION:
         given = (light_units, unit, up, groups, glass, reflectance)
-        if given != ("spec", None, "y", "auto", "opaque", MISSING_REFLECTANCE):
+        if given != ("spec", None, "y", "auto", LITERAL, MISSING_REFLECTANCE):
             raise dl.OptionError(
                 f"{word}: the scene of a session has been read; leave out --light-units, --unit, --up, "
                 "--groups, --glass and --reflectance"

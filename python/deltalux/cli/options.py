@@ -285,11 +285,12 @@ GroupsOption = Annotated[
     ),
 ]
 GlassOption = Annotated[
-    Literal["opaque", "clear"],
+    Literal["literal", "window", "clear", "opaque"],
     typer.Option(
         "--glass",
-        help="What lets at least half of the light through counts as its diffuse colour (opaque), or is left "
-        "out (clear): windows let the sun in, and glass bulbs let their light out.",
+        help="What is transparent lets light pass as the file says (literal). What lets at least half of it "
+        "through may count as panes of 6 mm (window), or be left out (clear). Or all counts as its diffuse "
+        "colour (opaque).",
     ),
 ]
 MissingOption = Annotated[
@@ -465,7 +466,7 @@ SCENE_OPTIONS: dict[str, tuple[Any, Any]] = {
     "unit": (UnitOption, None),
     "up": (UpOption, "y"),
     "groups": (GroupsOption, "auto"),
-    "glass": (GlassOption, "opaque"),
+    "glass": (GlassOption, "literal"),
     "reflectance": (MissingOption, MISSING_REFLECTANCE),
 }
 OF_THE_SCENE = tuple(SCENE_OPTIONS)

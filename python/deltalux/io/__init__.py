@@ -10,12 +10,12 @@ from deltalux.errors import Error, OptionError
 from deltalux.scene import Scene, replace_scene
 
 from .diagnostics import MISSING_REFLECTANCE
+from .glass import LITERAL
+from .glass import OPTIONS as GLASS
 from .gltf import GROUPINGS, load_gltf
 from .obj import load_obj
 from .space import size_questions, space_matrix
 
-CLEAR = "clear"
-GLASS = ("opaque", CLEAR)
 LIGHT_UNITS = ("spec", "blender-watts", "unitless")
 LOADERS = {".gltf": load_gltf, ".glb": load_gltf, ".obj": load_obj}
 
@@ -37,7 +37,7 @@ def load(
     unit: str | float | None = None,
     up: str = "y",
     groups: str = "auto",
-    glass: str = "opaque",
+    glass: str = LITERAL,
     reflectance: float = MISSING_REFLECTANCE,
 ) -> Scene:
     """Read a scene from a file; the suffix (.glb, .gltf, .obj) says how.
@@ -58,11 +58,12 @@ def load(
         Light groups of lamps for which the file gives none (``extras.group``): "lamp", each lamp is a group;
         "name", lamps on nodes of one name share a group; "auto", as "lamp" if there are at most eight groups,
         which can be dimmed at once, else as "name".
-    glass : "opaque" or "clear"
-        What becomes of surfaces that let at least half of the light through (KHR_materials_transmission or
-        BLEND with such an alpha in glTF, d or Tr in MTL) and do not glow. "opaque": they count as their
-        diffuse colour. "clear": they are left out, so that light passes them unchanged, where a real pane
-        takes 10 to 20 %; results and exports lack them.
+    glass : "literal", "window", "clear" or "opaque"
+        What becomes of transparent surfaces that do not glow. "literal": light passes as the file says
+        (KHR_materials_transmission, and the alpha of BLEND in glTF; d or Tr in MTL). "window": likewise, but
+        what lets at least half of it through counts as a pane of 6 mm, of which 88 % of the light passes at
+        a right angle. "clear": that is left out, so that light passes it unchanged; results and exports lack
+        it. "opaque": all surfaces count as their diffuse colour.
     reflectance : of surfaces for which the file gives no material, 0 to 1
         glTF's own default is a perfect white, between whose walls light never ends.
 
@@ -100,9 +101,7 @@ def load(
     names = (movable,) if isinstance(movable, str) else tuple(movable)
     space = space_matrix(unit, up)
     try:
-        scene = loader(
-            path, names, light_units, space, groups, clear_glass=glass == CLEAR, reflectance=reflectance
-        )
+        scene = loader(path, names, light_units, space, groups, glass=glass, reflectance=reflectance)
         questions = size_questions(scene) if unit is None else []
         return replace_scene(scene, warnings=[*scene.warnings, *questions]) if questions else scene
     except Error as error:

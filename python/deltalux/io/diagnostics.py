@@ -12,11 +12,6 @@ from deltalux.errors import FormatError
 SHOWN_ITEMS = 4
 ALL_NAMES = "`deltalux info FILE --nodes` shows all, * stands for any letters"
 MAX_NAME = 120
-OPAQUE = "transparency is not honoured: surfaces count as opaque, and windows let no daylight in"
-LEAST_PASSED = 0.5  # least share of the light that glass lets through
-GLASS_REMEDY = '--glass clear (glass="clear") lets light pass what is mostly transparent'
-LEFT_OUT = "glass is left out: light passes it unchanged, and results and exports do not show it"
-
 MISSING_REFLECTANCE = 0.8  # of surfaces without a material: plaster, light paint
 UNREADABLE = "textures that cannot be read: the plain colour counts"
 MEAN_GLOW = "textures of emission count with their mean colour"

@@ -7,14 +7,15 @@ from typing import Any
 
 import pygltflib as gl
 
-from deltalux.scene import Material
+from deltalux.scene import Material, PaneSurface
 from deltalux.scene.look import Texture, media_type
 
 from .gltf_binary import Binary
 from .shown_looks import Shown
 
-# Key of a material's extras: what it reflects, where the base colour alone does not say it.
-REFLECTANCE = "deltalux_reflectance"
+# Keys of a material's extras: what it reflects, where the base colour alone does not say it; parameters of a
+# `PaneSurface`.
+REFLECTANCE, PANE = "deltalux_reflectance", "deltalux_pane"
 UNLIT, TRANSFORM, WEBP = "KHR_materials_unlit", "KHR_texture_transform", "EXT_texture_webp"
 
 
@@ -32,20 +33,27 @@ class GltfMaterials:
         """Add a material and return its index."""
         look = material.look
         told = not material.emissive and bool((shown.reflected == 1).all())
-        covers = look.alpha_mode == "OPAQUE"
+        pane = material.surface if isinstance(material.surface, PaneSurface) else None
+        mode, alpha, base = look.alpha_mode, look.alpha, shown.base
+        if pane is not None:
+            mode, alpha, base = "BLEND", 1 - pane.passes, shown.base * pane.scattered
+        covers = mode == "OPAQUE"
+        extras: dict[str, Any] = {} if told and pane is None else {REFLECTANCE: material.reflectance.tolist()}
+        if pane is not None:
+            extras[PANE] = list(pane.parameters())
         self._document.materials.append(
             gl.Material(
                 name=material.name,
                 pbrMetallicRoughness=gl.PbrMetallicRoughness(
-                    baseColorFactor=[*shown.base.tolist(), 1.0 if covers else look.alpha],
+                    baseColorFactor=[*base.tolist(), 1.0 if covers else alpha],
                     baseColorTexture=None if shown.texture is None else self._texture(shown.texture),
                     metallicFactor=0.0,
                     roughnessFactor=1.0,
                 ),
                 extensions={UNLIT: {}},
-                extras={} if told else {REFLECTANCE: material.reflectance.tolist()},
-                alphaMode=None if covers else look.alpha_mode,
-                alphaCutoff=look.alpha_cutoff if look.alpha_mode == "MASK" else None,
+                extras=extras,
+                alphaMode=None if covers else mode,
+                alphaCutoff=look.alpha_cutoff if mode == "MASK" else None,
             )
         )
         return len(self._document.materials) - 1

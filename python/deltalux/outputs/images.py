@@ -25,7 +25,6 @@ from .camera import automatic_camera, scene_camera
 from .colour_scale import ColourScale, scale_for, symmetric_scale
 from .covered import shown_values
 from .drawing import draw_isolines, draw_outlines, label_above, legend
-from .textures import ShownTextures
 from .tone import KEY, encode_srgb, metered, tone_map
 from .view import View
 
@@ -228,10 +227,10 @@ def _radiance(view: View, irradiance: np.ndarray, textured: bool = True) -> tupl
     reflected = reflectance[material]
     light = view.surfaces.emission(view.triangle, view.facing)
     if textured and view.width is not None:
-        colour, glow = ShownTextures(view.surfaces).factors(view.triangle, view.weights, view.width)
+        colour, glow = view.textures.factors(view.triangle, view.weights, view.width)
         reflected, light = np.minimum(reflected * colour, 1.0), light * glow
     radiance = reflected * np.nan_to_num(view.values(irradiance)) / np.pi
-    return radiance + light, np.asarray((light > 0).any(axis=1))
+    return (radiance + light) * view.passed[:, None], np.asarray((light > 0).any(axis=1))
 
 
 def _unsampled(view: View) -> np.ndarray:

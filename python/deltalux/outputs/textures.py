@@ -7,7 +7,7 @@ import numpy as np
 
 from deltalux.mesh.surfaces import Surfaces
 from deltalux.scene.look import NEAREST, WRAPS, Texture
-from deltalux.texels import linear_texels
+from deltalux.texels import linear_texels, srgb_texels
 
 from .texture_coordinates import TextureCoordinates, by_mesh
 
@@ -85,6 +85,7 @@ class ShownTextures:
         self._surfaces = surfaces
         self._coordinates = TextureCoordinates(surfaces.scene, surfaces.display)
         self._images: dict[int, Mipmap] = {}
+        self._opacities: dict[int, np.ndarray] = {}  # (h, w, 3), all alike, by material
 
     def factors(
         self, triangle: np.ndarray, weights: np.ndarray, width: np.ndarray
@@ -116,6 +117,26 @@ class ShownTextures:
                     contrast = self._contrast(own.look.colour, own.reflectance)
                     colour[rows] = 1 + contrast * (colour[rows] - 1)
         return colour, glow
+
+    def opacity(self, material: int, triangle: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """How much of a surface there is at places of triangles of a material, by its texture's alpha: (k,).
+
+        0 or 1 where it is cut out; 1 without texture coordinates. Parameters: see `factors`.
+        """
+        look = self._surfaces.scene.materials[material].look
+        found = np.ones(len(triangle))
+        if look.colour is None or look.opacity is None:
+            return found
+        if material not in self._opacities:
+            texels = srgb_texels(look.colour.image, "texture", MOST_TEXELS, look.opacity)
+            self._opacities[material] = np.repeat(texels[..., 3:] / np.float32(255), 3, axis=2)
+        mesh = self._surfaces.display.triangle_mesh[triangle]
+        for rows in by_mesh(np.arange(len(triangle)), mesh):
+            corners = self._coordinates.of(triangle[rows]).astype(np.float64)
+            place = look.colour.transformed(np.einsum("kc,kcx->kx", weights[rows], corners))
+            known = np.isfinite(place).all(axis=1)
+            found[rows[known]] = _sampled(self._opacities[material], look.colour, place[known], 0)[:, 0]
+        return (found >= 0.5).astype(float) if look.alpha_mode == "MASK" else found
 
     def _contrast(self, texture: Texture, reflectance: np.ndarray) -> np.ndarray:
         """(3,) share of the differences between texels that a reflectance leaves, as in light.

@@ -10,6 +10,9 @@ import numpy as np
 from deltalux.mesh.surfaces import Hits, Surfaces
 from deltalux.scene import Camera
 
+from .see_through import SeeThrough
+from .textures import ShownTextures
+
 BATCH = 1 << 18  # rays at a time, to bound memory
 
 
@@ -55,16 +58,20 @@ class View:
         self.surfaces, self.camera, self.size = surfaces, camera, size
         self.rays_per_pixel = rays_per_pixel
         textured = any(material.look.textures for material in surfaces.scene.materials)
-        batches, widths = [], []
+        self.textures = ShownTextures(surfaces)
+        see_through = SeeThrough(surfaces, self.textures)
+        batches, widths, shares = [], [], []
         for origins, directions in self._rays():
-            hits = surfaces.intersect(origins, directions)
+            hits, passed = see_through(origins, directions)
             batches.append(hits)
+            shares.append(passed)
             if textured:
                 width = camera.pixel_width(size[1], np.where(hits.hit, hits.distance, np.inf))
                 widths.append(covered_width(surfaces, width, hits, directions).astype(np.float32))
         self.triangle = np.concatenate([h.triangle for h in batches])
         self.weights = np.concatenate([h.weights.astype(np.float32) for h in batches])
         self.facing = np.concatenate([h.facing for h in batches])
+        self.passed = np.concatenate(shares)  # share of the light from there that surfaces let pass
         # see `covered_width`; None: there are no textures, which alone need it
         self.width = np.concatenate(widths) if textured else None
 

@@ -79,7 +79,8 @@ class Rendering:
     @property
     def radiance(self) -> np.ndarray:
         """(k, 3) radiance towards the camera, including emission."""
-        return self.albedo * self.irradiance / np.pi + self.seen.emission * self.seen.hit[:, None]
+        own = self.albedo * self.irradiance / np.pi + self.seen.emission * self.seen.hit[:, None]
+        return own * self.seen.passed[:, None]
 
     def pixels(self, values: np.ndarray) -> np.ndarray:
         """Mean over each pixel's places of values (k, c): (height, width, c)."""

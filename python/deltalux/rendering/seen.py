@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from deltalux.mesh.surfaces import Surfaces
+from deltalux.outputs.see_through import SeeThrough
 from deltalux.outputs.textures import ShownTextures
 from deltalux.outputs.view import BATCH, camera_rays, covered_width
 from deltalux.scene import Camera
@@ -28,6 +29,7 @@ class Seen:
     mesh, material : (k,) int, index into the scene's lists
     colour : (k, 3) factor of the texture there on the material's reflectance, 1 without one
     emission : (k, 3) radiance emitted towards the camera
+    passed : (k,) share of the light from there that transparent surfaces before it let pass
     """
 
     hit: np.ndarray
@@ -38,6 +40,7 @@ class Seen:
     material: np.ndarray
     colour: np.ndarray
     emission: np.ndarray
+    passed: np.ndarray
 
     def __len__(self) -> int:
         return len(self.hit)
@@ -68,7 +71,7 @@ def _look(
 ) -> Seen:  # fmt: skip
     display = surfaces.display
     origins, directions = camera_rays(camera, size, x, y)
-    hits = surfaces.intersect(origins, directions)
+    hits, passed = SeeThrough(surfaces, textures)(origins, directions)
     triangle = np.maximum(hits.triangle, 0)
     corners = display.triangles[triangle]
     point = np.einsum("kc,kcx->kx", hits.weights, surfaces.points[corners])
@@ -84,7 +87,7 @@ def _look(
     colour, glow = textures.factors(hits.triangle, hits.weights, covered)
     return Seen(
         hits.hit, point, normal, width, display.triangle_mesh[triangle], display.triangle_material[triangle],
-        colour, glow * surfaces.emission(hits.triangle, hits.facing),
+        colour, glow * surfaces.emission(hits.triangle, hits.facing), passed,
     )  # fmt: skip
 
 

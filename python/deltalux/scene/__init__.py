@@ -6,7 +6,7 @@ from .cameras import Camera
 from .lights import Light, PointLight, SpotLight, SunLight
 from .nodes import Node
 from .scene import Material, Mesh, Scene, make_movable, replace_scene, rigid_pose
-from .surfaces import DiffuseSurface, Surface
+from .surfaces import DiffuseSurface, PaneSurface, Surface
 
 __all__ = [
     "Camera",
@@ -15,6 +15,7 @@ __all__ = [
     "Material",
     "Mesh",
     "Node",
+    "PaneSurface",
     "PointLight",
     "Scene",
     "SpotLight",

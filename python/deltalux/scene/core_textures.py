@@ -14,7 +14,6 @@ from deltalux.texels import halving, image_size, srgb_texels
 
 from .look import NEAREST, WRAPS, images_of
 from .scene import Material
-from .surfaces import DiffuseSurface
 
 MOST_TEXELS = 2048  # along a side, for light; a larger image is halved
 MOST_BYTES = 2**30  # of all textures of a scene
@@ -44,8 +43,7 @@ class CoreTextures:
     """
 
     def __init__(self, materials: Iterable[Material]) -> None:
-        diffuse = [m for m in materials if isinstance(m.surface, DiffuseSurface)]
-        self._looks = {m.name: m.look for m in diffuse if m.look.colour is not None}
+        self._looks = {m.name: m.look for m in materials if m.look.colour is not None}
         most = self._most = _most_texels(
             images_of(t for look in self._looks.values() for t in look.textures[:1])
         )
@@ -80,6 +78,7 @@ class CoreTextures:
             texture.mag_filter == NEAREST,
             texture.matrix.tolist(),
             tuple(texture.mean.tolist()),
+            material.look.alpha_mode == "MASK",
         )
 
     def hash_of(self, material: Material) -> str | None:

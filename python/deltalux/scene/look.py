@@ -99,7 +99,9 @@ class Texture:
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """Textures of a material, and what a viewer shows through it; light treats all as opaque.
+    """Textures of a material, and its transparency as a file has it.
+
+    Light passes where "MASK" shows nothing; what else it passes, the material's surface says.
 
     Parameters
     ----------

@@ -56,7 +56,7 @@ class Material:
     emission : 3 floats, radiance (W/(sr m2)) or luminance (cd/m2) per channel, front side
     group : light group of the emission; None = the name of the mesh that carries it
     two_sided : emit from both sides
-    look : textures and transparency; only outputs use them
+    look : textures, and transparency as a file has it
     surface : how it scatters light; diffuse by default
     """
 

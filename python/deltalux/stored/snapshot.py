@@ -29,7 +29,7 @@ from .scene import FIELDS as SCENE_FIELDS
 from .scene import pack_scene, unpack_scene, write_scene
 
 FORMAT = "deltalux-session"
-VERSION = 26  # increases only when the layout or the meaning of a number changes
+VERSION = 27  # increases only when the layout or the meaning of a number changes
 _FIELDS = ("format", "version", "options", "scene", "samples", "baked", "reflectances", "built_by", "made_by")
 _LONGEST_BUILD = 500  # characters of the name of a build
 _MOST_COMMANDS, _LONGEST_COMMAND = 100, 4000  # of those that made a file, the last ones; characters of each

@@ -171,9 +171,9 @@ def test_what_has_no_coordinates_has_the_mean():
     assert not np.array_equal(light(scene, gather="off"), light(grey, gather="off"))
 
 
-@pytest.mark.parametrize(("mode", "kept"), [("OPAQUE", 1), ("MASK", 0), ("BLEND", 90 / 255)])
+@pytest.mark.parametrize(("mode", "kept"), [("OPAQUE", 1), ("BLEND", 90 / 255)])
 def test_what_alpha_hides_has_the_mean(mode: str, kept: float):
-    """As if the hidden texels, here one of two, were mixed with the mean of what is opaque."""
+    """Of a diffuse surface: as if hidden texels, one of two, were mixed with the mean of what is opaque."""
     texels = pixels()
     alpha = np.where(np.arange(TEXELS * TEXELS).reshape(TEXELS, TEXELS) % 2, 90, 255).astype(np.uint8)
     linear, weight = LINEAR_OF_BYTE[texels], np.where(alpha == 90, kept, 1)[..., None]

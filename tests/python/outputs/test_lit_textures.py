@@ -303,7 +303,7 @@ def test_transparency_is_kept(tmp_path: Path, mode: str, cutoff: float | None):
     opaque = mode == "OPAQUE"
     assert written.alphaMode == mode  # pygltflib's default is glTF's
     assert written.alphaCutoff == ((cutoff or 0.5) if mode == "MASK" else None)
-    assert written.pbrMetallicRoughness.baseColorFactor[3] == (1 if opaque else 0.6)
+    assert written.pbrMetallicRoughness.baseColorFactor[3] == pytest.approx(1 if opaque else 0.6)
 
 
 FORMS = {

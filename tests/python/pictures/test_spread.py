@@ -25,7 +25,7 @@ def wall_and_floor(foot: int) -> Seen:
     count = len(row)
     return Seen(
         np.ones(count, dtype=bool), point, normal, np.full(count, WIDTH), np.where(floor, 1, 0),
-        np.zeros(count, dtype=int), np.ones((count, 3)), np.zeros((count, 3)),
+        np.zeros(count, dtype=int), np.ones((count, 3)), np.zeros((count, 3)), np.ones(count),
     )  # fmt: skip
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`glass="clear"`: what lets most light through is left out, and light passes as if it were not there."""
+"""What becomes of surfaces that let light pass: as the file says, as windows, left out, or as boards."""
 
 from __future__ import annotations
 
@@ -9,7 +9,11 @@ from typing import Any
 import deltalux as dl
 import numpy as np
 import pytest
-from builders.gltf import GltfBuilder
+from builders.gltf import GltfBuilder, png
+from deltalux import outputs
+from deltalux.outputs.of_session import baked_of
+from deltalux.scene.surfaces import WINDOW
+from pygltflib import GLTF2
 
 # Name, fields of the material, alpha of its base colour, whether it is glass.
 MATERIALS: list[tuple[str, dict[str, Any], float, bool]] = [
@@ -52,11 +56,12 @@ def light(scene: dl.Scene) -> np.ndarray:
 )
 def test_what_is_mostly_transparent_is_left_out(tmp_path, fields, alpha, is_glass):
     path = write(tmp_path, fields, alpha)
-    opaque, clear = dl.load(path), dl.load(path, glass="clear")
+    opaque, clear = dl.load(path, glass="opaque"), dl.load(path, glass="clear")
+    assert isinstance(opaque.material("between").surface, dl.DiffuseSurface)
     assert [m.name for m in opaque.meshes] == ["floor", "square"]
     assert [m.name for m in clear.meshes] == (["floor"] if is_glass else ["floor", "square"])
     assert [n.name for n in clear.nodes] == [n.name for n in opaque.nodes]
-    told = [w for w in opaque.warnings if "--glass clear" in w and w.endswith("(between)")]
+    told = [w for w in opaque.warnings if "or clear" in w and w.endswith("(between)")]
     assert len(told) == is_glass
     assert any(w.startswith("glass is left out") for w in clear.warnings) == is_glass
     if is_glass:
@@ -67,7 +72,72 @@ def test_light_passes_clear_glass_as_if_it_were_not_there(tmp_path):
     without = light(dl.load(write(tmp_path, None)))
     path = write(tmp_path, MATERIALS[0][1])
     assert (light(dl.load(path, glass="clear")) == without).all()
-    assert light(dl.load(path))[: len(without)].max() < 0.01 * without.max()
+    assert light(dl.load(path, glass="opaque"))[: len(without)].max() < 0.01 * without.max()
+
+
+# Of MATERIALS, in their order: coverage, transmission and index of the pane; None: it is opaque.
+LITERAL = [(1, 0.9, 1.5), (0.3, 0, 1.5), (0.5, 0, 1.5), (0.7, 0, 1.5), None, None, None, None, None]
+
+
+@pytest.mark.parametrize("number", range(len(MATERIALS)), ids=[row[0] for row in MATERIALS])
+def test_the_file_says_what_passes(tmp_path, number):
+    (_, fields, alpha, is_glass), pane = MATERIALS[number], LITERAL[number]
+    path = write(tmp_path, fields, alpha)
+    scene = dl.load(path)
+    surface = scene.material("between").surface
+    if pane is None:
+        assert isinstance(surface, dl.DiffuseSurface)
+    else:
+        assert (surface.coverage, surface.transmission, surface.index) == pytest.approx(pane)
+        assert surface.tint == pytest.approx(0.2126 * 0.2 + 0.7152 * 0.4 + 0.0722 * 0.6)
+        assert surface.faces == 1
+    told = any("counts as grey (between)" in w for w in scene.warnings)
+    assert told == (pane is not None and pane[1] > 0)
+    glows = any("emissiveFactor" in name for name in fields)
+    assert any("glow count as opaque" in w for w in scene.warnings) == glows
+    window = dl.load(path, glass="window").material("between").surface
+    assert (window is WINDOW) == is_glass
+    if not is_glass:
+        assert type(window) is type(surface)
+
+
+def test_numbers_of_glass(tmp_path):
+    """The index of refraction counts; impossible numbers are refused, where they are."""
+    transmission = {"transmissionFactor": 1.0}
+    for ior, index in ((1.33, 1.33), (0, 1.5), (99, 10)):
+        extensions = {"KHR_materials_transmission": transmission, "KHR_materials_ior": {"ior": ior}}
+        scene = dl.load(write(tmp_path, {"extensions": extensions}))
+        assert scene.material("between").surface.index == pytest.approx(index)
+    for name, key, value in (("transmission", "transmissionFactor", 1.5), ("ior", "ior", 0.5)):
+        extensions = {"KHR_materials_transmission": transmission} | {f"KHR_materials_{name}": {key: value}}
+        with pytest.raises(dl.FormatError, match=rf"materials\[1\]: {key}: found {value}"):
+            dl.load(write(tmp_path, {"extensions": extensions}))
+
+
+@pytest.mark.parametrize(("alpha", "passes"), [(255, False), (254, True)])
+def test_textures_that_blend_are_panes_where_they_have_gaps(tmp_path, alpha, passes):
+    texels = np.full((2, 2, 4), 255, np.uint8)
+    texels[0, 0, 3] = alpha
+    builder = GltfBuilder()
+    texture = {"index": builder.texture(png(texels))}
+    material = builder.material(alphaMode="BLEND", pbrMetallicRoughness={"baseColorTexture": texture})
+    builder.node(mesh=builder.quad(material))
+    (found,) = dl.load(builder.write(tmp_path)).materials
+    assert isinstance(found.surface, dl.PaneSurface) == passes
+
+
+def test_lit_files_keep_panes(tmp_path):
+    """A viewer sees through them by alpha; loaded again, the pane is as it was."""
+    scene = dl.load(write(tmp_path, MATERIALS[0][1]), glass="window")
+    with dl.Session(scene, dl.Samples.on_vertices(scene, spacing=0.5), paths=1000, gather=16) as session:
+        session.bake()
+        outputs.write(tmp_path / "lit.glb", baked_of(session, "x"))
+    again = dl.load(tmp_path / "lit.glb").material("between").surface
+    assert again.parameters() == WINDOW.parameters()
+    document = GLTF2.load(str(tmp_path / "lit.glb"))
+    (pane,) = [m for m in document.materials if m.name == "between"]
+    assert pane.alphaMode == "BLEND"
+    assert pane.pbrMetallicRoughness.baseColorFactor == pytest.approx([0, 0, 0, 1 - WINDOW.passes])
 
 
 def test_glass_below_a_movable_is_left_out_and_the_rest_moves(tmp_path):
@@ -110,29 +180,34 @@ def write_obj(folder: Path, statements: str) -> Path:
 
 
 @pytest.mark.parametrize(
-    ("statements", "is_glass"),
+    ("statements", "is_glass", "literal"),
     [
-        ("d 0.2", True),
-        ("Tr 0.8", True),
-        ("d 0.9", False),
-        ("Tr 0.2", False),
-        ("d 1\nTr 1", False),  # as some programs write what is opaque
-        ("Tr 1\nd 1", False),
-        ("d 0.2\nKe 1 1 1", False),
-        ("d ?", False),
+        ("d 0.2", True, 0.8),
+        ("Tr 0.8", True, 0.8),
+        ("d 0.9", False, 0.1),
+        ("Tr 0.2", False, 0.2),
+        ("d 1\nTr 1", False, 0),  # as some programs write what is opaque
+        ("Tr 1\nd 1", False, 0),
+        ("d 0.2\nKe 1 1 1", False, 0),
+        ("d ?", False, 0),
     ],
 )
-def test_obj(tmp_path, statements, is_glass):
+def test_obj(tmp_path, statements, is_glass, literal):
     path = write_obj(tmp_path, statements)
-    opaque, clear = dl.load(path), dl.load(path, glass="clear")
+    opaque, clear = dl.load(path, glass="opaque"), dl.load(path, glass="clear")
+    surface = dl.load(path).material("between").surface
+    assert isinstance(surface, dl.PaneSurface) == bool(literal)
+    assert not literal or surface.coverage == pytest.approx(1 - literal)
     assert len(opaque.meshes) == 2
     assert [m.name for m in clear.meshes] == (["wall"] if is_glass else ["wall", "square"])
-    assert any("--glass clear" in w and w.endswith("(between)") for w in opaque.warnings) == is_glass
+    assert any("or clear" in w and w.endswith("(between)") for w in opaque.warnings) == is_glass
     assert any(w.startswith("glass is left out") for w in clear.warnings) == is_glass
 
 
 def test_wrong_words_are_refused(tmp_path):
-    with pytest.raises(dl.OptionError, match="glass: found 'dark', expected one of opaque, clear"):
+    with pytest.raises(
+        dl.OptionError, match="glass: found 'dark', expected one of literal, window, clear, opaque"
+    ):
         dl.load(write(tmp_path, None), glass="dark")
 
 

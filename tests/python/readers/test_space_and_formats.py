@@ -112,12 +112,12 @@ def test_files_of_other_programs_are_told_how_to_export(tmp_path, name, remedy):
 def test_glass_is_told_to_be_dark(tmp_path):
     builder = GltfBuilder()
     for name, fields in {
-        "pane": {"extensions": {"KHR_materials_transmission": {}}},
-        "net": {"alphaMode": "BLEND"},
+        "pane": {"extensions": {"KHR_materials_transmission": {"transmissionFactor": 0.1}}},
+        "net": {"alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.5, 0.5, 0.9]}},
         "wall": {"alphaMode": "OPAQUE"},
     }.items():
-        builder.node(mesh=builder.quad(builder.material(name=name, colour=(0.5,) * 3, **fields)))
-    assert any(
-        w.endswith("windows let no daylight in (pane, net)")
-        for w in dl.load(builder.write(tmp_path)).warnings
-    )
+        builder.node(mesh=builder.quad(builder.material(name=name, **fields)))
+    path = builder.write(tmp_path)
+    told = "windows let no daylight in (pane, net)"
+    assert any(w.endswith(told) for w in dl.load(path, glass="opaque").warnings)
+    assert not any("daylight" in w for w in dl.load(path).warnings)

@@ -167,7 +167,7 @@ HOSTILE = {
     "a light of no kind": (set_field("x", "scene", "lights", 0, "kind"), "found kind 'x'"),
     "a surface of no kind": (
         set_field("velvet", "scene", "materials", 0, "surface", "kind"),
-        r"materials\[0\].surface: found kind 'velvet', expected one of \['diffuse'\]",
+        r"materials\[0\].surface: found kind 'velvet', expected one of \['diffuse', 'pane'\]",
     ),
     "no surface": (set_field(None, "scene", "materials", 0, "surface"), "surface: found kind None"),
     "a node under itself": (set_field([NODE | {"parent": 0}], "scene", "nodes"), "parent: found 0"),

@@ -3,7 +3,8 @@
 
 Narrow spots and the sun make beams and guides, slits and pools other numbers of rays; lamps stand on
 movables, and a board covers a hole behind which there is more light. Some rooms have no sun, or no spots:
-chains ask lamps again then that moved, and are not cast again. Half of the rooms have textures.
+chains ask lamps again then that moved, and are not cast again. Half of the rooms have textures; in a third,
+the board and a case are glass, or cover only a part of their area.
 """
 
 from __future__ import annotations
@@ -69,7 +70,8 @@ def random_room(seed: int) -> dl.Scene:
     angles = (0.1, 0.4) if has_spots else (0.9, 1.2)
     lights.append(dl.SpotLight("lamp", *aside, (20, 18, 15), *angles, attached_to="stand"))
     scene = dl.Scene(meshes, MATERIALS, lights)
-    return textured(scene, rng) if rng.random() < 0.5 else scene
+    scene = textured(scene, rng) if rng.random() < 0.5 else scene
+    return glazed(scene, rng) if rng.random() < 0.35 else scene
 
 
 def textured(scene: dl.Scene, rng: np.random.Generator) -> dl.Scene:
@@ -88,6 +90,18 @@ def textured(scene: dl.Scene, rng: np.random.Generator) -> dl.Scene:
         places[rng.random(len(places)) < 0.1] = np.nan
         meshes.append(replace(mesh, coordinates=places))
     return replace_scene(scene, materials=materials, meshes=meshes)
+
+
+def glazed(scene: dl.Scene, rng: np.random.Generator) -> dl.Scene:
+    """The scene with a board and a case of a random pane, which may be textured."""
+    coverage, transmission, inner, tint = rng.random(4) ** 0.5
+    if rng.random() < 0.5:
+        coverage, transmission = rng.choice([(1, 1), (coverage, 0), (1, transmission)])
+    index = rng.choice([1, 1.5])
+    surface = dl.PaneSurface(coverage, transmission, index, rng.choice([1, 2]), inner, tint)
+    materials = [*scene.materials, replace(scene.materials[1], name="glass", surface=surface)]
+    glass = [replace(m, material="glass") if m.name in ("board", "case 0") else m for m in scene.meshes]
+    return replace_scene(scene, materials=materials, meshes=glass)
 
 
 NAMES = st.sampled_from(["board", "case 0", "stand", "lantern"])

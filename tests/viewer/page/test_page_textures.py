@@ -170,3 +170,30 @@ def test_an_image_that_cannot_be_shown_leaves_the_mean_and_is_told(shown):
     viewer.settle()
     for place in (QUARTERS[0], PLAIN):
         assert np.abs(pixel(viewer, place) - as_lit(viewer, place, 0.9 * MEAN)).max() <= 2
+
+
+def test_panes_show_what_is_behind_them_and_cut_outs_show_it_undimmed(shown):
+    """Before the right wall, that lets half of the light pass; before the left one, that is all holes."""
+    scene = two_walls(png(PIXELS))
+    film = dl.Material("film", (0, 0, 0), surface=dl.PaneSurface(coverage=0.5, transmission=0))
+    hidden = png(np.concatenate([PIXELS, np.full((2, 2, 1), 100, np.uint8)], axis=2))
+    leaf = dl.Material("leaf", (0.5,) * 3, look=Look(Texture(hidden, MEAN), alpha_mode="MASK"))
+    sheets = [
+        dl.Mesh("before", 0.8 * CORNERS + (1.1, 0, 0.3), FACES, "film"),
+        dl.Mesh("none", 0.8 * CORNERS + (-1.1, 0, 0.3), FACES, "leaf", coordinates=UV),
+    ]
+    materials, meshes = [*scene.materials, film, leaf], [*scene.meshes, *sheets]
+    viewer = shown(dl.scene.replace_scene(scene, materials=materials, meshes=meshes))
+    viewer.settle()
+    points, light = viewer.session.samples.points, viewer.session.irradiance[:, 0]
+    exposure = viewer.state()["exposure"]
+
+    def wall_at(place, factor) -> np.ndarray:
+        on_wall = np.flatnonzero(np.abs(points[:, 2]) < 1e-6)
+        nearest = on_wall[np.linalg.norm(points[on_wall] - place, axis=1).argsort()[:4]]
+        return encode_srgb(tone_map(0.9 * factor * light[nearest].mean() / np.pi, exposure)).astype(float)
+
+    dimmed = wall_at(PLAIN, MEAN) * 0.5 ** (1 / 2.2)
+    assert np.abs(pixel(viewer, PLAIN) - dimmed).max() <= 6
+    texel = LINEAR_OF_BYTE[PIXELS].reshape(-1, 3)[0]
+    assert np.abs(pixel(viewer, QUARTERS[0]) - wall_at(QUARTERS[0], texel)).max() <= 6

@@ -36,6 +36,14 @@ uniform sampler2D colourImage;
 uniform mat3 colourMatrix;
 uniform vec3 colourGain;
 uniform vec3 colourBias;
+uniform bool colourKnown;
+#endif
+#ifdef TRANSPARENT
+uniform float opacity;
+uniform float scattered;
+#endif
+#ifdef CUT_OUT
+uniform float cutOut;
 #endif
 #ifdef GLOW_TEXTURE
 uniform sampler2D glowImage;
@@ -126,7 +134,31 @@ vec3 factor(sampler2D image, mat3 matrix, vec3 gain, vec3 bias) {
 }
 #endif
 
+#if defined(BY_ALPHA) || defined(CUT_OUT)
+float alphaOfColour() {
+  float alpha = texture(colourImage, (colourMatrix * vec3(coordinates, 1.0)).xy).a;
+  return colourKnown && coordinates.x >= UNMAPPED ? alpha : 1.0;
+}
+#endif
+
+// Weight of this colour against that of what is behind, of which it hides a share of the light: colours are mixed as
+// they are encoded.
+float hiding(float share) {
+  return 1.0 - pow(1.0 - share, 1.0 / 2.2);
+}
+
 void main() {
+  float hidden = 1.0;
+#ifdef CUT_OUT
+  if (alphaOfColour() < cutOut) discard;
+#endif
+#ifdef TRANSPARENT
+  hidden = opacity;
+#endif
+#ifdef BY_ALPHA
+  hidden *= alphaOfColour();
+#endif
+  if (measuring && hidden < 0.5) discard;
   if (!measuring && isSliver()) discard; // the pixels that are measured are larger
   bool glows = gl_FrontFacing ? frontGlows : backGlows;
   vec3 light = glows ? emission : vec3(0.0);
@@ -137,6 +169,9 @@ void main() {
 #endif
 #ifdef GLOW_TEXTURE
   light *= factor(glowImage, glowMatrix, glowGain, glowBias);
+#endif
+#ifdef TRANSPARENT
+  reflected *= scattered;
 #endif
   vec3 radiance = reflected * irradiance / 3.14159265358979 + light;
 
@@ -164,5 +199,5 @@ void main() {
   } else if (mode == MODE_DIFFERENCE) {
     shown = vec3(0.0);
   }
-  colour = vec4(shown, 1.0);
+  colour = vec4(shown, hiding(hidden));
 }

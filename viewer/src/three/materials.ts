@@ -48,6 +48,10 @@ function tableTexture(table: Float32Array): DataTexture {
   return texture
 }
 
+function isTransparent({ opacity, by_alpha }: MaterialInfo): boolean {
+  return opacity < 1 || by_alpha
+}
+
 /** Reversed, closed; in the order of SurfaceMaterials.index. */
 const VARIANTS: [boolean, boolean][] = [
   [false, false],
@@ -159,14 +163,23 @@ export class SurfaceMaterials {
         MAX_TICKS,
         ...(colour && { COLOUR_TEXTURE: 1 }),
         ...(glow && { GLOW_TEXTURE: 1 }),
+        ...(info.opacity < 1 && { TRANSPARENT: 1 }),
+        ...(colour && info.by_alpha && { BY_ALPHA: 1 }),
+        ...(colour && info.cut_out !== null && { CUT_OUT: 1 }),
       },
-      // What shows of a back behind its own front, at an edge, are rounding errors of depth.
-      side: closed ? FrontSide : DoubleSide,
+      // What shows of a back behind its own front, at an edge, are rounding errors of depth. Both sides of a pane
+      // would dim twice what is behind.
+      side: closed || isTransparent(info) ? FrontSide : DoubleSide,
+      transparent: isTransparent(info),
+      depthWrite: !isTransparent(info),
       toneMapped: false,
       uniforms: {
         ...this.shared,
         reflectance: { value: new Color().setRGB(...info.reflectance) },
         emission: { value: new Color().setRGB(...info.emission) },
+        opacity: { value: info.opacity },
+        scattered: { value: info.scattered },
+        cutOut: { value: info.cut_out ?? 0 },
         frontGlows: { value: info.two_sided || !reversed },
         backGlows: { value: info.two_sided || reversed },
         ...colour?.uniforms('colour'),

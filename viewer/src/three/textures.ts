@@ -50,6 +50,7 @@ export class Factor {
   private readonly image: IUniform<Texture | null> = { value: null }
   private readonly gain = new Vector3(0, 0, 0)
   private readonly bias = new Vector3(1, 1, 1)
+  private readonly known: IUniform<boolean> = { value: false }
 
   constructor(readonly info: TextureInfo) {}
 
@@ -61,6 +62,7 @@ export class Factor {
       [`${name}Matrix`]: { value: new Matrix3(a, b, c, d, e, f, 0, 0, 1) },
       [`${name}Gain`]: { value: this.gain },
       [`${name}Bias`]: { value: this.bias },
+      [`${name}Known`]: this.known,
     }
   }
 
@@ -77,6 +79,7 @@ export class Factor {
     texture.anisotropy = texture.minFilter === LinearMipmapLinearFilter ? anisotropy : 1
     texture.needsUpdate = true
     this.image.value = texture
+    this.known.value = true
     this.gain.set(...(mean.map((value) => (value > 0 ? 1 / value : 0)) as [number, number, number]))
     this.bias.set(...(mean.map((value) => (value > 0 ? 0 : 1)) as [number, number, number]))
   }

@@ -21,7 +21,9 @@ HONOURED = {
     "EXT_texture_webp",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
     "KHR_materials_pbrSpecularGlossiness",  # its diffuse part
+    "KHR_materials_transmission",
     "KHR_mesh_quantization",
     "KHR_node_visibility",
     "KHR_texture_transform",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Converts glTF materials to diffuse reflectance and emission."""
+"""Converts glTF materials to diffuse reflectance, emission, and what light passes them."""
 
 from __future__ import annotations
 
@@ -8,26 +8,24 @@ from typing import Any
 
 import numpy as np
 
-from deltalux.errors import FormatError
+from deltalux.errors import FormatError, SceneError
 from deltalux.io.diagnostics import (
-    GLASS_REMEDY,
-    LEAST_PASSED,
-    LEFT_OUT,
     MEAN_GLOW,
     MISSING,
-    OPAQUE,
     UNREADABLE,
     Notes,
     UniqueNames,
     malformed,
-)  # fmt: skip
+)
+from deltalux.io.glass import AS_BOARD, Transparency
 from deltalux.io.used_texels import SimilarMeans, means_on, with_means
 from deltalux.scene import Material
 from deltalux.scene.look import ALPHA_MODES, PLAIN, Look, Texture
+from deltalux.scene.surfaces import DIFFUSE, MOST_INDEX, PaneSurface, Surface
 from deltalux.texels import linear_to_srgb
 
 from .document import Document
-from .schema import LIT_REFLECTANCE
+from .schema import LIT_PANE, LIT_REFLECTANCE
 from .textures import TRANSFORM, Textures
 
 WHITE = 0.98  # largest reflectance: only mirrors reflect more, and paths between such walls are very long
@@ -50,6 +48,7 @@ class _Read:
     group: str | None = None
     two_sided: bool = False
     look: Look = PLAIN
+    surface: Surface = DIFFUSE
 
     @property
     def reflectance(self) -> np.ndarray:
@@ -80,8 +79,8 @@ class Materials:
     times KHR_materials_emissive_strength times the mean texel. Without a material it is `missing`.
     """
 
-    def __init__(self, document: Document, textures: Textures, clear_glass: bool, missing: float) -> None:
-        self._clear_glass = clear_glass
+    def __init__(self, document: Document, textures: Textures, glass: str, missing: float) -> None:
+        self._glass = glass
         self._missing = missing
         self._document = document
         self._textures = textures
@@ -120,7 +119,9 @@ class Materials:
             reflectance = found.reflectance
             if reflectance.max() > WHITE:
                 self._document.notes.add(TOO_WHITE, found.name)
-            self._made[key] = Material(name, reflectance, emission, group, found.two_sided, found.look)
+            self._made[key] = Material(
+                name, reflectance, emission, group, found.two_sided, found.look, found.surface
+            )
         return self._made[key]
 
     def tinted(self, index: int, colours: np.ndarray) -> np.ndarray:
@@ -184,9 +185,10 @@ class Materials:
     def leaves_out(self, index: int) -> bool:
         """Whether triangles of that material are none; tells of it."""
         source = self._document.gltf.materials[index]
-        found = self._clear_glass and _is_glass(source)
+        transparency = _transparency(source, f"materials[{index}]")
+        found = transparency.leaves_out(self._glass)
         if found:
-            self._document.notes.add(LEFT_OUT, source.name or f"material{index}")
+            transparency.surface(self._glass, source.name or f"material{index}", self._document.notes)
         return found
 
     def _found_at(self, number: int) -> _Read:
@@ -252,7 +254,14 @@ class Materials:
         if glow is not None:
             self._document.notes.add(MEAN_GLOW, name)
         group = source.extras.get("group")
-        return _Read(name, colour_factor, emission, group, bool(source.doubleSided), look)
+        transparency = replace(
+            _transparency(source, place),
+            varies=mode == "BLEND" and colour is not None and self._textures.texels(colour).has_gaps,
+        )
+        surface = transparency.surface(self._glass, name, self._document.notes)
+        if LIT_PANE in source.extras and self._glass != AS_BOARD:  # of a lit file, whose alpha is for viewers
+            surface = _lit_pane(source.extras[LIT_PANE], f"{place}.extras.{LIT_PANE}")
+        return _Read(name, colour_factor, emission, group, bool(source.doubleSided), look, surface)
 
     def _texture(self, reference: Any, place: str, name: str) -> Texture | None:
         if reference is None:
@@ -263,6 +272,13 @@ class Materials:
             self._document.notes.add(UNREADABLE, f'material "{name}", {error}')
             return None
         return found
+
+
+def _lit_pane(parameters: Any, place: str) -> Surface:
+    try:
+        return PaneSurface(*parameters)
+    except SceneError:
+        raise malformed(place, parameters, "the six parameters of a pane") from None
 
 
 def _varied(found: _Read, variant: _Variant) -> _Read:
@@ -295,23 +311,32 @@ def _mean(texture: Texture | None) -> np.ndarray:
     return np.ones(3) if texture is None else texture.mean
 
 
-def _is_glass(source: Any) -> bool:
-    """Whether a material lets at least half of the light through, and does not glow."""
+def _transparency(source: Any, place: str) -> Transparency:
+    """What passes a material, but for the alpha of its texture."""
     _, factor = _base_colour(source)
-    passes = source.extensions.get(TRANSMISSION, {}).get("transmissionFactor", 0.0)
-    if source.alphaMode == "BLEND":
-        passes = max(passes, 1 - factor[3])
-    return passes >= LEAST_PASSED and not any(source.emissiveFactor)
+    share = source.extensions.get(TRANSMISSION, {}).get("transmissionFactor", 0.0)
+    index = source.extensions.get("KHR_materials_ior", {}).get("ior", 1.5)
+    if not 0 <= share <= 1:
+        raise malformed(f"{place}: transmissionFactor", share, "0 to 1")
+    if not (index == 0 or index >= 1):
+        raise malformed(f"{place}: ior", index, "0, or 1 and more")
+    return Transparency(
+        float(np.clip(factor[3], 0, 1)) if source.alphaMode == "BLEND" else 1.0,
+        share,
+        min(index or 1.5, MOST_INDEX),  # 0 says nothing of glass
+        tuple(np.clip(factor[:3], 0, 1).tolist()),
+        any(source.emissiveFactor),
+    )
 
 
 def _note_unhonoured(source: Any, name: str, notes: Notes) -> None:
     pbr = source.pbrMetallicRoughness
     if GLOSSY not in source.extensions and (pbr is None or pbr.metallicFactor > 0):
         notes.add("metals count as diffuse", name)
-    if source.alphaMode not in (None, "OPAQUE") or TRANSMISSION in source.extensions:
-        notes.add(OPAQUE, name)
-    if _is_glass(source):
-        notes.add(GLASS_REMEDY, name)
+    if any(key in source.extensions.get(TRANSMISSION, {}) for key in ("transmissionTexture",)):
+        notes.add("textures of transmission are not honoured: the factor counts", name)
+    if "KHR_materials_volume" in source.extensions:
+        notes.add("solid glass counts as thin: light passes its surfaces straight", name)
     if source.normalTexture is not None:
         notes.add("normal maps are not honoured", name)
     if source.occlusionTexture is not None:

@@ -11,6 +11,7 @@ import numpy as np
 from deltalux.errors import SceneError
 from deltalux.io.decoding.process import DecoderProcess
 from deltalux.io.diagnostics import MISSING_REFLECTANCE, element
+from deltalux.io.glass import LITERAL
 from deltalux.io.scene_size import require_memory_for_triangles
 from deltalux.scene import Mesh, Node, Scene, replace_scene
 from deltalux.scene.adding import NO_LIGHT
@@ -40,7 +41,7 @@ def load_gltf(
     space: np.ndarray | None = None,
     groups: str = BY_COUNT,
     *,
-    clear_glass: bool = False,
+    glass: str = LITERAL,
     reflectance: float = MISSING_REFLECTANCE,
 ) -> Scene:
     """Read a glTF file; see `deltalux.load`.
@@ -58,7 +59,7 @@ def load_gltf(
         ownership = assign_owners(nodes, movable, document.notes)
         assembly = _Assembly(
             document, nodes, ownership, light_units, buffers, accessors, decoder,
-            Materials(document, Textures(document, buffers), clear_glass, reflectance),
+            Materials(document, Textures(document, buffers), glass, reflectance),
         )  # fmt: skip
         assembly.check_size()
         scene = assembly.scene(groups == BY_NAME)

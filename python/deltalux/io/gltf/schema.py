@@ -20,8 +20,8 @@ Check = Callable[[Any, str], Any]
 
 MAX_INTEGER = 2**53
 MAX_NUMBER = 1e30  # beyond it, products of transforms would leave the range of float64
-# What marks a lit file of Deltalux: an attribute beside its COLOR_0, and a key of its materials' extras.
-LIT_ATTRIBUTE, LIT_REFLECTANCE = "_IRRADIANCE", "deltalux_reflectance"
+# What marks a lit file of Deltalux: an attribute beside its COLOR_0, and keys of its materials' extras.
+LIT_ATTRIBUTE, LIT_REFLECTANCE, LIT_PANE = "_IRRADIANCE", "deltalux_reflectance", "deltalux_pane"
 ATTRIBUTE = re.compile(rf"[A-Z][A-Z0-9_]*|{LIT_ATTRIBUTE}")
 
 
@@ -115,15 +115,17 @@ def _extras(value: Any, where: str) -> dict[str, Any]:
         extras["group"] = clean_name(found["group"])
     if isinstance(found.get("movable"), bool | int):  # Blender writes a checkbox as 1
         extras["movable"] = bool(found["movable"])
-    if _is_colour(found.get(LIT_REFLECTANCE)):
+    if _are_numbers(found.get(LIT_REFLECTANCE), 3, 1.0):
         extras[LIT_REFLECTANCE] = found[LIT_REFLECTANCE]
+    if _are_numbers(found.get(LIT_PANE), 6, MAX_NUMBER):
+        extras[LIT_PANE] = found[LIT_PANE]
     return extras
 
 
-def _is_colour(value: Any) -> bool:
-    """Whether it is a list of three numbers from 0 to 1."""
-    plain = isinstance(value, list) and len(value) == 3 and not any(isinstance(v, bool) for v in value)
-    return plain and all(isinstance(v, int | float) and 0 <= v <= 1 for v in value)
+def _are_numbers(value: Any, count: int, most: float) -> bool:
+    """Whether it is a list of `count` numbers from 0 to `most`."""
+    plain = isinstance(value, list) and len(value) == count and not any(isinstance(v, bool) for v in value)
+    return plain and all(isinstance(v, int | float) and 0 <= v <= most for v in value)
 
 
 def _named_integers(value: Any, where: str) -> dict[str, int]:
@@ -215,7 +217,8 @@ _MATERIAL = record(
     },
     extensions={
         "KHR_materials_emissive_strength": record({"emissiveStrength": number}),
-        "KHR_materials_transmission": record({"transmissionFactor": number}),
+        "KHR_materials_transmission": record({"transmissionFactor": number, "transmissionTexture": _TEXTURE}),
+        "KHR_materials_ior": record({"ior": number}),
         "KHR_materials_pbrSpecularGlossiness": record(
             {"diffuseFactor": list_of(number, 4), "diffuseTexture": _TEXTURE}
         ),

@@ -11,12 +11,8 @@ import numpy as np
 
 from deltalux.errors import FormatError
 from deltalux.io.diagnostics import (
-    GLASS_REMEDY,
-    LEAST_PASSED,
-    LEFT_OUT,
     MEAN_GLOW,
     MISSING,
-    OPAQUE,
     UNREADABLE,
     Notes,
     UniqueNames,
@@ -24,6 +20,7 @@ from deltalux.io.diagnostics import (
     malformed,
 )  # fmt: skip
 from deltalux.io.files import is_beside, read_beside
+from deltalux.io.glass import Transparency
 from deltalux.io.used_texels import SimilarMeans, means_on, with_means
 from deltalux.scene import Material
 from deltalux.scene.look import WRAPS, Look, Texture
@@ -72,9 +69,9 @@ class _Entry:
         return self.shares.get("d", self.shares.get("Tr", 0.0))
 
     @property
-    def is_glass(self) -> bool:
-        """Whether at least half of the light passes, and it does not glow."""
-        return self.passes >= LEAST_PASSED and not self.colours.get("Ke", np.zeros(3)).any()
+    def transparency(self) -> Transparency:
+        glows = bool(self.colours.get("Ke", np.zeros(3)).any())
+        return Transparency(1 - self.passes, glows=glows)
 
 
 @dataclass
@@ -88,11 +85,11 @@ class _Made:
 class MaterialLibrary:
     """Materials by name, from any number of MTL files in or below `folder`.
 
-    `clear_glass`: is left out; `missing`: reflectance of materials that no file gives any.
+    `glass`: see `deltalux.load`; `missing`: reflectance of materials that no file gives any.
     """
 
-    def __init__(self, folder: Path, notes: Notes, clear_glass: bool, missing: float) -> None:
-        self._clear_glass, self._missing = clear_glass, missing
+    def __init__(self, folder: Path, notes: Notes, glass: str, missing: float) -> None:
+        self._glass, self._missing = glass, missing
         self._folder = folder
         self._notes = notes
         self._files: dict[Path, None] = {}
@@ -174,17 +171,12 @@ class MaterialLibrary:
 
     def leaves_out(self, name: str) -> bool:
         """Whether faces of that material are none."""
-        return self._clear_glass and name in self._entries and self._entries[name].is_glass
+        return name in self._entries and self._entries[name].transparency.leaves_out(self._glass)
 
     def note_transparent(self) -> None:
         """Warn of materials that let light through, used or not."""
         for name, entry in self._entries.items():
-            if self.leaves_out(name):
-                self._notes.add(LEFT_OUT, name)
-            elif entry.passes > 0:
-                self._notes.add(OPAQUE, name)
-                if entry.is_glass:
-                    self._notes.add(GLASS_REMEDY, name)
+            entry.transparency.surface(self._glass, name, self._notes)
 
     def material(self, name: str, user: str, coordinates: np.ndarray | None, areas: np.ndarray) -> str:
         """Name of the material of that name on an object, which uses a part of its textures.
@@ -234,7 +226,8 @@ class MaterialLibrary:
             glow = self._texture(entry, "Ke", name)
         if glow is not None:
             self._notes.add(MEAN_GLOW, name)
-        return Material(name, look=Look(colour, glow))
+        surface = entry.transparency.surface(self._glass, name, self._notes)
+        return Material(name, look=Look(colour, glow), surface=surface)
 
     def _texture(self, entry: _Entry, key: str, name: str) -> Texture | None:
         if key not in entry.textures:

@@ -15,6 +15,7 @@ import numpy as np
 from deltalux.errors import OptionError, SceneError
 from deltalux.io.diagnostics import ALL_NAMES, MISSING_REFLECTANCE, Notes, clean_name, malformed
 from deltalux.io.files import read_regular_file
+from deltalux.io.glass import LITERAL
 from deltalux.io.scene_size import require_memory_for_triangles
 from deltalux.scene import Mesh, Node, Scene
 from deltalux.scene.adding import NO_LIGHT
@@ -53,7 +54,7 @@ def load_obj(
     space: np.ndarray | None = None,
     groups: str = "auto",
     *,
-    clear_glass: bool = False,
+    glass: str = LITERAL,
     reflectance: float = MISSING_REFLECTANCE,
 ) -> Scene:
     """Read an OBJ file and its MTL files; see `deltalux.load`.
@@ -64,7 +65,7 @@ def load_obj(
     effect; each object with a luminous material is a light group, so `groups` has none either.
     """
     notes = Notes()
-    library = MaterialLibrary(path.parent, notes, clear_glass, reflectance)
+    library = MaterialLibrary(path.parent, notes, glass, reflectance)
     reading = _read(read_regular_file(path, "file"), library, notes)
     library.note_transparent()
     objects = reading.objects

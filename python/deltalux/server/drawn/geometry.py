@@ -16,7 +16,7 @@ from deltalux.mesh.closed_meshes import closed_meshes
 from deltalux.mesh.display_mesh import DisplayMesh
 from deltalux.mesh.surfaces import Surfaces
 from deltalux.outputs.camera import automatic_camera
-from deltalux.scene import Camera, Material, Scene
+from deltalux.scene import Camera, Material, PaneSurface, Scene
 from deltalux.scene.look import Texture, images_of
 from deltalux.server.edits import pose_numbers
 from deltalux.session import Session
@@ -98,6 +98,7 @@ def _constant(session: Session, display: DisplayMesh) -> dict[str, Any]:
                 "two_sided": m.two_sided,
                 "colour": _texture(m.look.colour, numbers),
                 "glow": _texture(m.look.glow, numbers),
+                **_transparency(m),
             }
             for m, group in _drawn_materials(scene)[0]
         ],
@@ -211,6 +212,19 @@ def _meshes(scene: Scene, display: DisplayMesh, vertex_mesh: np.ndarray) -> list
 
 def _images(scene: Scene) -> list[bytes]:
     return images_of(texture for m in scene.materials for texture in m.look.textures)
+
+
+def _transparency(material: Material) -> dict[str, Any]:
+    """How much of what is behind the material a page shows."""
+    look = material.look
+    pane = material.surface if isinstance(material.surface, PaneSurface) else None
+    cut_out = look.colour is not None and look.alpha_mode == "MASK" and look.alpha > 0
+    return {
+        "opacity": 1.0 if pane is None else 1 - pane.passes,
+        "scattered": 1.0 if pane is None else pane.scattered,
+        "by_alpha": pane is not None and look.colour is not None and look.opacity is not None,
+        "cut_out": look.alpha_cutoff / look.alpha if cut_out else None,
+    }
 
 
 def _texture(texture: Texture | None, numbers: Mapping[int, int]) -> dict[str, Any] | None:
