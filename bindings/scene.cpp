@@ -34,13 +34,30 @@ surfaces::Wrap wrap_named(const std::string& name) {
   return name == "mirror" ? surfaces::Wrap::mirror : surfaces::Wrap::repeat;
 }
 
+surfaces::TextureMap map_of(std::shared_ptr<const Texture> texture,
+                            const std::array<std::string, 2>& wrap, bool nearest,
+                            const std::array<std::array<float, 3>, 2>& matrix) {
+  surfaces::TextureMap map{std::move(texture), matrix, {}, {}, false};
+  map.sampler = {{wrap_named(wrap[0]), wrap_named(wrap[1])}, nearest};
+  return map;
+}
+
+/// Gives the last material the radiance of a texture's texels; `full`: that of a texel of 1.
+void set_glow(Scene& scene, std::shared_ptr<const Texture> texture,
+              const std::array<std::string, 2>& wrap, bool nearest,
+              const std::array<std::array<float, 3>, 2>& matrix, std::array<float, 3> full) {
+  surfaces::TextureMap map = map_of(std::move(texture), wrap, nearest, matrix);
+  map.gain = {full[0], full[1], full[2]};
+  scene.materials.back().glow = std::make_shared<const surfaces::TextureMap>(std::move(map));
+}
+
 /// Gives the last material a texture: its mapping, and the mean that the reflectance stands for.
 void set_texture(Scene& scene, std::shared_ptr<const Texture> texture,
                  const std::array<std::string, 2>& wrap, bool nearest,
                  const std::array<std::array<float, 3>, 2>& matrix, std::array<float, 3> mean,
                  bool cut_out) {
-  surfaces::TextureMap map{std::move(texture), matrix, {}, {}, cut_out};
-  map.sampler = {{wrap_named(wrap[0]), wrap_named(wrap[1])}, nearest};
+  surfaces::TextureMap map = map_of(std::move(texture), wrap, nearest, matrix);
+  map.cut_out = cut_out;
   // Of a darker mean, rounding leaves little, and products of gains could overflow.
   constexpr float kLeastMean = 1e-3f;
   for (size_t c = 0; c < 3; ++c) map.gain[int(c)] = mean[c] >= kLeastMean ? 1 / mean[c] : 0.0f;
@@ -107,6 +124,7 @@ void bind_scene(nb::module_& m) {
                                     name});
            })
       .def("set_texture", &set_texture)
+      .def("set_glow", &set_glow)
       .def("add_object", [](Scene& s, const scene::Object& object) { s.objects.push_back(object); })
       .def("add_light",
            [](Scene& s, const std::string& name, const std::string& kind,
@@ -132,10 +150,8 @@ void bind_scene(nb::module_& m) {
              for (const scene::Object& object : s.objects)
                areas.emplace_back(object.triangles.size());
              for (const trace::Light& light : trace::find_lights(s))
-               for (const trace::LightPart& part : light.parts) {
-                 const Vec3d a(part.corner[0]), b(part.corner[1]), c(part.corner[2]);
-                 areas[light.object][part.triangle] += 0.5 * length(cross(b - a, c - a));
-               }
+               for (const trace::LightPart& part : light.parts)
+                 areas[light.object][part.triangle] += part.area();
              return areas;
            })
       .def("set_groups", [](Scene& s, uint32_t count) { s.group_count = count; });

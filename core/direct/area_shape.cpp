@@ -76,6 +76,7 @@ AreaShape::AreaShape(const trace::Light& light, uint32_t number, uint64_t seed, 
       centre_(light.bounds.centre()),
       radius_(0.5f * light.bounds.diagonal()),
       two_sided_(light.two_sided),
+      varies_(light.brightest_part != 1),
       area_(float(light.area)) {
   if (const double brightest = this->brightest(); brightest > 0)
     faint_ = kFaint * reference / brightest, minor_ = kMinor * reference / brightest,
@@ -84,8 +85,8 @@ AreaShape::AreaShape(const trace::Light& light, uint32_t number, uint64_t seed, 
   float before = 0;
   for (size_t i = 0; i < light.world.size(); ++i) {
     const trace::LightTriangle& t = light.world[i];
-    triangles_.push_back(
-        {t.corner, t.edge_u, t.edge_v, t.normal, t.slack, before, light.cumulative[i] - before});
+    triangles_.push_back({t.corner, t.edge_u, t.edge_v, t.normal, t.slack, t.brightness, before,
+                          light.cumulative[i] - before});
     columns_.add(triangles_.back());
     before = light.cumulative[i];
   }
@@ -145,7 +146,7 @@ void AreaShape::Columns::add(const Triangle& t) {
   x.push_back(t.corner.x), y.push_back(t.corner.y), z.push_back(t.corner.z);
   middle_x.push_back(middle.x), middle_y.push_back(middle.y), middle_z.push_back(middle.z);
   normal_x.push_back(t.normal.x), normal_y.push_back(t.normal.y), normal_z.push_back(t.normal.z);
-  area.push_back(0.5f * length(cross(t.edge_u, t.edge_v)));
+  power.push_back(0.5f * length(cross(t.edge_u, t.edge_v)) * t.brightness);
   const Vec3f third = t.edge_v - t.edge_u;
   longest_squared.push_back(
       std::max({dot(t.edge_u, t.edge_u), dot(t.edge_v, t.edge_v), dot(third, third)}));
@@ -172,7 +173,7 @@ double AreaShape::full(const Receiver& receiver) const {
       const bool small = c.longest_squared[i] < kSmall * squared;
       const float cosines = small & (front > 0) & (above > 0) ? above : 0.0f;
       as_point[k] = cosines > 0
-                        ? double(c.area[i]) * double(cosines) / (double(squared) * double(squared))
+                        ? double(c.power[i]) * double(cosines) / (double(squared) * double(squared))
                         : 0.0;
       facing[k] = small ? 0.0f : front;
     }
@@ -184,7 +185,7 @@ double AreaShape::full(const Receiver& receiver) const {
       const Triangle& t = triangles_[first + k];
       const Vec3d corner(t.corner - p);
       const Vec3d v[3] = {corner, corner + Vec3d(t.edge_u), corner + Vec3d(t.edge_v)};
-      sum += triangle_irradiance(v, Vec3d(n));
+      sum += triangle_irradiance(v, Vec3d(n)) * double(t.brightness);
     }
   }
   return sum;
@@ -237,6 +238,11 @@ AreaShape::Glance AreaShape::glance(const Receiver& receiver, float u, float v) 
           {one.fan.x[0], one.fan.y[0], one.fan.z[0]},
           one.fan.to,
           double(area_) * double(one.weight[0])};
+}
+
+double AreaShape::by_strata(const Strata& rays) const {
+  const size_t count = std::min<size_t>(rays.fan.count, kCoarseRays);
+  return double(area_) * double(lane_sum(rays.weight.data(), count)) / double(count);
 }
 
 const AreaShape::Triangle& AreaShape::triangle_at(float position) const {

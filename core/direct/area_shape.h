@@ -14,6 +14,8 @@ class AreaShape final : public LightShape {
 
   bool is_small(const Receiver& receiver) const override;
   Glance glance(const Receiver& receiver, float u, float v) const override;
+  bool has_many_parts() const override { return varies_ && triangles_.size() > kManyParts; }
+  double by_strata(const Strata& rays) const override;
   std::span<const Vec3f> outline() const override { return outline_; }
   bool is_minor(const Receiver& receiver) const override;
   bool is_major(double open) const override { return !(open < major_); }
@@ -28,20 +30,23 @@ class AreaShape final : public LightShape {
   struct Triangle {
     Vec3f corner, edge_u, edge_v, normal;
     float slack;  // at the place, see lift()
-    // cumulative share of the light's area before this triangle, and its own share
+    float brightness;
+    // cumulative share of the light's power before this triangle, and its own share
     float before, share;
   };
   /// What open() and searches read of each triangle, as columns: bulbs consist of thousands.
   struct Columns {
     std::vector<float> x, y, z;                       // corner
     std::vector<float> middle_x, middle_y, middle_z;  // from the corner to the centroid
-    std::vector<float> normal_x, normal_y, normal_z, area, longest_squared, before;
+    std::vector<float> normal_x, normal_y, normal_z, longest_squared, before;
+    std::vector<float> power;  // area times brightness
     void add(const Triangle& triangle);
   };
   struct Corner {
     Vec3f point, normal;
     float slack;
   };
+  static constexpr size_t kManyParts = 64;
   void find_corners(Vec3f centre);
   void find_outline(const Box& bounds);
   double full(const Receiver& receiver) const override;
@@ -72,7 +77,7 @@ class AreaShape final : public LightShape {
   std::vector<uint32_t> nearby_;  // by n-th of the area, n triangles: where to begin a search
   std::array<Corner, kCorners> corners_;
   std::vector<Vec3f> outline_;
-  bool two_sided_;
+  bool two_sided_, varies_;  // whether some parts are brighter than others
   float area_;
   double faint_ = 0, minor_ = 0;  // about() of less than these
   double major_ = 0;              // open() of at least this

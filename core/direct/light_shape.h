@@ -82,6 +82,10 @@ class LightShape {
   /// Whether the light is small as seen from the receiver, so that all its points contribute about
   /// equally.
   virtual bool is_small(const Receiver&) const { return true; }
+  /// Whether open() takes much longer than the rays of cast(); what that is by all rays of a level
+  /// on average.
+  virtual bool has_many_parts() const { return false; }
+  virtual double by_strata(const Strata&) const { return 0; }
   /// One shadow ray to a point drawn uniformly from the light's surface by `u` and `v` in [0, 1),
   /// and the irradiance if it is unoccluded, in units of brightest(). The estimate is unbiased.
   struct Glance {

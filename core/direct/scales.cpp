@@ -25,7 +25,7 @@ double finest_quantum(const trace::Light& light, double metre) {
     given = nearby = strongest(strength);
   } else if (light.area > 0) {
     // No place gets more than where the light fills the hemisphere.
-    const double most = strongest(strength) * std::numbers::pi;
+    const double most = strongest(strength) * double(light.brightest_part) * std::numbers::pi;
     given = std::min(strongest(light.power) / area, most);
     nearby = std::min(strongest(light.power) * (4 / area) * kNearby, most);
   } else {

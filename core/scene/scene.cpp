@@ -334,7 +334,8 @@ uint32_t Scene::groups_up_to(uint32_t object) const {
 size_t Scene::texture_bytes() const {
   std::set<const surfaces::Texture*> all;
   for (const Material& material : materials)
-    if (material.map) all.insert(material.map->texture.get());
+    for (const auto& map : {material.map, material.glow})
+      if (map) all.insert(map->texture.get());
   size_t sum = 0;
   for (const surfaces::Texture* texture : all) sum += texture->bytes();
   return sum;

@@ -44,12 +44,15 @@ struct Surface {
   /// Factor on all light that it sends back, per channel: the mean over the surface. Edits change
   /// it.
   Vec3f reflectance{};
-  Vec3f emission{};  ///< radiance per channel, the same everywhere
+  Vec3f emission{};  ///< radiance per channel; the mean if there is a glow
   bool two_sided = false;
   const Kind* kind = &diffuse();
   std::vector<float> parameters{};          ///< additional parameters of its kind
   std::string name{};                       ///< for messages
   std::shared_ptr<const TextureMap> map{};  ///< of textured ones
+  /// Of luminous ones whose radiance differs: that of a texel of 1 is the map's gain. `emission` is
+  /// the mean, and the radiance where there are no texture coordinates.
+  std::shared_ptr<const TextureMap> glow{};
 
   /// Whether some of its points reflect otherwise than `reflectance`, diffusely.
   bool varies() const;

@@ -40,6 +40,8 @@ class Texture {
   Vec3f brightest() const { return brightest_; }
   /// The least of how much texels count.
   float least_weight() const { return least_weight_; }
+  uint32_t width() const { return width_; }
+  uint32_t height() const { return height_; }
   size_t bytes() const { return tiles_.capacity() * sizeof(Tile); }
 
  private:

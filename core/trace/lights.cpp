@@ -11,6 +11,7 @@
 #include "base/curve_order.h"
 #include "base/error.h"
 #include "base/polygon.h"
+#include "trace/glow.h"
 
 namespace deltalux::trace {
 namespace {
@@ -23,43 +24,47 @@ constexpr float kTogether = 4.0f;
 // of a triangle: parts with less area are made by rounding
 constexpr double kNothing = 1e-5;
 
-/// Union-find over triangles that share a vertex position; returns a piece number per triangle.
-std::vector<uint32_t> connected_pieces(const scene::Object& object,
-                                       const std::vector<uint32_t>& triangles) {
-  std::vector<uint32_t> parent(triangles.size());
+/// What is part of one light as a whole: a triangle, or a part of one if its texels differ.
+struct Unit {
+  std::array<Vec3f, 3> corner;
+  std::vector<LightPart> parts;  ///< what emits of it
+};
+
+/// Union-find over units that share a corner; returns a piece number per unit.
+std::vector<uint32_t> connected_pieces(const std::vector<Unit>& units) {
+  std::vector<uint32_t> parent(units.size());
   std::iota(parent.begin(), parent.end(), 0u);
   const auto root = [&](uint32_t i) {
     while (parent[i] != i) i = parent[i] = parent[parent[i]];
     return i;
   };
   std::map<std::array<float, 3>, uint32_t> owner;
-  for (uint32_t i = 0; i < triangles.size(); ++i)
-    for (uint32_t v : object.triangles[triangles[i]]) {
-      const Vec3f p = object.vertices[v];
+  for (uint32_t i = 0; i < units.size(); ++i)
+    for (const Vec3f& p : units[i].corner) {
       const auto [entry, fresh] = owner.try_emplace({p.x, p.y, p.z}, i);
       if (!fresh) {
         const uint32_t a = root(entry->second), b = root(i);
         parent[std::max(a, b)] = std::min(a, b);
       }
     }
-  std::vector<uint32_t> piece(triangles.size());
-  for (uint32_t i = 0; i < triangles.size(); ++i) piece[i] = root(i);
+  std::vector<uint32_t> piece(units.size());
+  for (uint32_t i = 0; i < units.size(); ++i) piece[i] = root(i);
   return piece;
 }
 
-/// Triangles that emit together, and their bounds.
+/// Units that emit together, by number, and their bounds.
 struct Piece {
-  std::vector<uint32_t> triangles;
+  std::vector<uint32_t> units;
   Box bounds;
 };
 
-std::vector<Piece> pieces_of(const scene::Object& object, const std::vector<uint32_t>& triangles) {
+std::vector<Piece> pieces_of(const std::vector<Unit>& units) {
   std::map<uint32_t, Piece> pieces;
-  const std::vector<uint32_t> number = connected_pieces(object, triangles);
-  for (uint32_t i = 0; i < triangles.size(); ++i) {
+  const std::vector<uint32_t> number = connected_pieces(units);
+  for (uint32_t i = 0; i < units.size(); ++i) {
     Piece& own = pieces[number[i]];
-    own.triangles.push_back(triangles[i]);
-    for (uint32_t v : object.triangles[triangles[i]]) own.bounds.grow(object.vertices[v]);
+    own.units.push_back(i);
+    for (const Vec3f& p : units[i].corner) own.bounds.grow(p);
   }
   std::vector<Piece> out;
   for (auto& [_, own] : pieces) out.push_back(std::move(own));
@@ -78,8 +83,8 @@ void join_close(std::span<Piece> pieces, std::vector<Piece>& out) {
   if (pieces.size() == 1 || all.diagonal() <= kTogether * largest) {
     Piece joined{{}, all};
     for (const Piece& own : pieces)
-      joined.triangles.insert(joined.triangles.end(), own.triangles.begin(), own.triangles.end());
-    std::sort(joined.triangles.begin(), joined.triangles.end());
+      joined.units.insert(joined.units.end(), own.units.begin(), own.units.end());
+    std::sort(joined.units.begin(), joined.units.end());
     out.push_back(std::move(joined));
     return;
   }
@@ -89,15 +94,10 @@ void join_close(std::span<Piece> pieces, std::vector<Piece>& out) {
   std::nth_element(pieces.begin(), pieces.begin() + long(half), pieces.end(),
                    [&](const Piece& a, const Piece& b) {
                      const float p = a.bounds.centre()[axis], q = b.bounds.centre()[axis];
-                     return p != q ? p < q : a.triangles.front() < b.triangles.front();
+                     return p != q ? p < q : a.units.front() < b.units.front();
                    });
   join_close(pieces.first(half), out);
   join_close(pieces.subspan(half), out);
-}
-
-double area_of(const LightPart& part) {
-  const Vec3d a(part.corner[0]), b(part.corner[1]), c(part.corner[2]);
-  return 0.5 * length(cross(b - a, c - a));
 }
 
 /// Whether the light of `hidden` cannot be told from that of `hider`, which is seen in its place.
@@ -147,37 +147,77 @@ void add_parts(const scene::Scene& scene, uint32_t index, uint32_t triangle,
     if (area_of(part) < kNothing) continue;
     for (size_t i = 2; i < part.size(); ++i) {
       const LightPart own{triangle, {at(part[0]), at(part[i - 1]), at(part[i])}};
-      if (area_of(own) > 0) out.push_back(own);
+      if (own.area() > 0) out.push_back(own);
     }
   }
+}
+
+/// Radiance of a part relative to the light's mean.
+float brightness_of(const Light& light, const LightPart& part) {
+  return float(photopic(Vec3d(part.radiance)) / photopic(Vec3d(light.strength)));
 }
 
 void finish_area_light(const scene::Scene& scene, Light& light) {
   const scene::Material& material = scene.materials[light.material];
   std::vector<double> areas;
-  for (const LightPart& part : light.parts) areas.push_back(area_of(part));
+  for (const LightPart& part : light.parts) areas.push_back(part.area());
   light.area = std::accumulate(areas.begin(), areas.end(), 0.0);
-  double sum = 0;
-  for (double a : areas) light.cumulative.push_back(float((sum += a) / light.area));
-  light.cumulative.back() = 1.0f;
   light.strength = material.emission;
+  if (material.glow) {
+    Vec3d power{};
+    for (size_t i = 0; i < areas.size(); ++i)
+      power = power + Vec3d(light.parts[i].radiance) * areas[i];
+    light.strength = Vec3f(power * (1 / light.area));
+    light.brightest_part = 0;
+    for (size_t i = 0; i < areas.size(); ++i) {
+      const float own = brightness_of(light, light.parts[i]);
+      areas[i] *= double(own);
+      light.brightest_part = std::max(light.brightest_part, own);
+    }
+  }
+  const double all = std::accumulate(areas.begin(), areas.end(), 0.0);
+  double sum = 0;
+  for (double a : areas) light.cumulative.push_back(float((sum += a) / all));
+  light.cumulative.back() = 1.0f;
   light.two_sided = material.two_sided;
-  light.power = Vec3d(material.emission) * (kPi * light.area * (light.two_sided ? 2 : 1));
+  light.power = Vec3d(light.strength) * (kPi * light.area * (light.two_sided ? 2 : 1));
 }
 
-/// Orders triangles along a curve, so that strata of a light, each of which holds some in sequence,
-/// are compact.
-void make_compact(const scene::Object& object, std::vector<uint32_t>& triangles) {
+/// Orders units along a curve, so that strata of a light, each of which holds some in sequence, are
+/// compact.
+void make_compact(const std::vector<Unit>& units, std::vector<uint32_t>& numbers) {
   constexpr size_t kFew = 8;
-  if (triangles.size() <= kFew) return;
+  if (numbers.size() <= kFew) return;
   std::vector<Vec3f> middles;
-  for (const uint32_t t : triangles) {
-    const auto& [a, b, c] = object.triangles[t];
-    middles.push_back((object.vertices[a] + object.vertices[b] + object.vertices[c]) * (1.0f / 3));
+  for (const uint32_t number : numbers) {
+    const auto& [a, b, c] = units[number].corner;
+    middles.push_back((a + b + c) * (1.0f / 3));
   }
   std::vector<uint32_t> ordered;
-  for (const uint32_t i : curve_order(middles, Curve::hilbert)) ordered.push_back(triangles[i]);
-  triangles = std::move(ordered);
+  for (const uint32_t i : curve_order(middles, Curve::hilbert)) ordered.push_back(numbers[i]);
+  numbers = std::move(ordered);
+}
+
+std::vector<Unit> units_of(const scene::Scene& scene, uint32_t index,
+                           const std::vector<uint32_t>& triangles) {
+  const scene::Object& object = scene.objects[index];
+  const scene::Material& material = scene.materials[object.material[triangles.front()]];
+  std::vector<Unit> units;
+  std::vector<LightPart> all;
+  for (const uint32_t t : triangles) {
+    std::vector<LightPart> own;
+    add_parts(scene, index, t, own);
+    if (material.glow) {
+      all.insert(all.end(), own.begin(), own.end());
+      continue;
+    }
+    const auto& [a, b, c] = object.triangles[t];
+    units.push_back({{object.vertices[a], object.vertices[b], object.vertices[c]}, std::move(own)});
+  }
+  if (material.glow)
+    for (const LightPart& own : divided_by_glow(object, material, all))
+      units.push_back({{own.corner[0], own.corner[1], own.corner[2]}, {own}});
+  return units;
 }
 
 void add_area_lights(const scene::Scene& scene, uint32_t index, std::vector<Light>& lights) {
@@ -191,19 +231,21 @@ void add_area_lights(const scene::Scene& scene, uint32_t index, std::vector<Ligh
     by_material[{object.material[t], object.group[t]}].push_back(t);
   }
   for (auto& [key, triangles] : by_material) {
-    std::vector<Piece> pieces = pieces_of(object, triangles);
+    const std::vector<Unit> units = units_of(scene, index, triangles);
+    std::vector<Piece> pieces = pieces_of(units);
     if (pieces.size() > kFewPieces) {
       std::vector<Piece> joined;
       join_close(pieces, joined);
       pieces = std::move(joined);
     }
     for (Piece& piece : pieces) {
-      make_compact(object, piece.triangles);
+      make_compact(units, piece.units);
       Light light;
       light.object = index;
       light.material = key.first;
       light.group = key.second;
-      for (const uint32_t t : piece.triangles) add_parts(scene, index, t, light.parts);
+      for (const uint32_t u : piece.units)
+        light.parts.insert(light.parts.end(), units[u].parts.begin(), units[u].parts.end());
       if (light.parts.empty()) continue;
       finish_area_light(scene, light);
       place_light(scene, light);
@@ -315,6 +357,7 @@ namespace {
 
 void place_surface(const scene::Scene& scene, const Pose& pose, Light& light) {
   const scene::Object& object = scene.objects[light.object];
+  const bool glows = scene.materials[light.material].glow != nullptr;
   light.world.clear();
   for (const LightPart& part : light.parts) {
     const Vec3f* local = part.corner;
@@ -328,7 +371,8 @@ void place_surface(const scene::Scene& scene, const Pose& pose, Light& light) {
     const Vec3d u = Vec3d(local[1]) - Vec3d(local[0]), v = Vec3d(local[2]) - Vec3d(local[0]);
     light.world.push_back({pose.point(local[0]), pose.direction(u), pose.direction(v),
                            pose.direction(normalize(cross(u, v))),
-                           slack + scene.slack_of(object.first_primitive + part.triangle)});
+                           slack + scene.slack_of(object.first_primitive + part.triangle),
+                           glows ? brightness_of(light, part) : 1.0f});
   }
 }
 

@@ -12,28 +12,25 @@
 #include "lights/kind.h"
 #include "scene/scene.h"
 #include "trace/aim_map.h"
+#include "trace/light_part.h"
 #include "trace/sun_map.h"
 
 namespace deltalux::trace {
-
-/// A triangle that emits, local to its object: one of the object's triangles, or a part of it if
-/// others that emit hide the rest.
-struct LightPart {
-  uint32_t triangle;  ///< index within the object
-  Vec3f corner[3];
-};
 
 /// One emissive triangle in world space: a corner and two edges.
 struct LightTriangle {
   Vec3f corner, edge_u, edge_v;
   Vec3f normal;     ///< unit, front side
   float slack = 0;  ///< offset at which rays start and end
+  /// Radiance relative to the light's mean, as the eye weighs it.
+  float brightness = 1;
   friend bool operator==(const LightTriangle&, const LightTriangle&) = default;
 };
 
 /// An area light is one connected piece of an object's emissive triangles of one material, or
 /// several that lie close together, of many; a punctual light is one entry of Scene::lights. All
-/// paths of a light start with the same power, except those of lights with a map.
+/// paths of a light start with the same power, except those of lights with a map. All parts of a
+/// light have the same hue, that of their mean.
 struct Light {
   lights::Punctual punctual;  ///< in the present pose; without a kind for an area light
   uint32_t group = 0;
@@ -47,15 +44,16 @@ struct Light {
   /// negative: coarser. See choose_fineness().
   int finer = 0;
   uint32_t sums = 0;  ///< which of a session's sums its paths add to, see session::SumGroup
-  /// Radiance of an area light; otherwise the maximum intensity.
+  /// Radiance of an area light, the mean over its surface; otherwise the maximum intensity.
   Vec3f strength{};
+  float brightest_part = 1;  ///< area lights: the largest LightTriangle::brightness
   /// Versine of the half angle of the cone that most of its light leaves in, see
   /// lights::Kind::concentration(); 1 for an area light.
   float concentration = 1;
   double area = 0;                   ///< of its surface; 0 for a punctual light
   std::vector<LightPart> parts;      ///< area lights: its triangles
   std::vector<LightTriangle> world;  ///< area lights: its triangles in the present pose
-  std::vector<float> cumulative;     ///< area lights: cumulative share of the area, last = 1
+  std::vector<float> cumulative;     ///< area lights: cumulative share of the power, last = 1
   uint32_t source = scene::kNone;    ///< punctual lights: index into Scene::lights
   /// For parallel lights: distribution of path starts over the light's rectangle; null: uniform.
   std::shared_ptr<const SunMap> map;

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from deltalux.scene import PointLight, Scene, SpotLight, SunLight
+from deltalux.scene import PaneSurface, PointLight, Scene, SpotLight, SunLight
 from numpy.typing import NDArray
 
 from . import world
@@ -248,10 +248,7 @@ def _scene_dict(mi: Any, scene: Scene) -> dict[str, Any]:
 
 def _mesh(mi: Any, name: str, corners: Array, material: Any) -> Any:
     properties = mi.Properties()
-    reflectance = {"type": "rgb", "value": material.reflectance.tolist()}
-    properties["mesh_bsdf"] = mi.load_dict(
-        {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": reflectance}}
-    )
+    properties["mesh_bsdf"] = mi.load_dict(_bsdf(material))
     if material.emissive:
         radiance = {"type": "rgb", "value": material.emission.tolist()}
         properties["mesh_emitter"] = mi.load_dict({"type": "area", "radiance": radiance})
@@ -261,6 +258,21 @@ def _mesh(mi: Any, name: str, corners: Array, material: Any) -> Any:
     parameters["faces"] = np.arange(3 * len(corners), dtype=np.uint32)
     parameters.update()
     return mesh
+
+
+def _bsdf(material: Any) -> dict[str, Any]:
+    """Of a diffuse surface; of a pane without a tint that is all diffuse, or all glass.
+
+    Mitsuba's thin glass is a plate that absorbs nothing. It averages both polarisations before the
+    reflections between the faces, which passes up to 1 % less at 60 degrees.
+    """
+    reflectance = {"type": "rgb", "value": material.reflectance.tolist()}
+    plain = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": reflectance}}
+    pane = material.surface
+    if not isinstance(pane, PaneSurface):
+        return plain
+    glass = {"type": "thindielectric", "int_ior": pane.index, "ext_ior": 1.0}
+    return {"type": "mask", "opacity": pane.coverage, "bsdf": glass if pane.transmission else plain}
 
 
 def _light(mi: Any, light: Any) -> dict[str, Any]:

@@ -12,8 +12,8 @@ namespace deltalux::gather {
 namespace {
 
 /// Replaces LightShape::glance close to a light, where points drawn uniformly differ much in
-/// contribution: returns the exact unshadowed irradiance, and one of many shadow rays, chosen by
-/// its share of it.
+/// contribution: returns the unshadowed irradiance, exactly or, of lights where that takes long, by
+/// the strata, and one of many shadow rays, chosen by its share of it.
 direct::LightShape::Glance close_glance(const direct::LightShape& shape,
                                         const direct::Receiver& receiver, float place) {
   direct::Strata strata;
@@ -35,7 +35,7 @@ direct::LightShape::Glance close_glance(const direct::LightShape& shape,
   return {strata.fan.origin,
           {strata.fan.x[chosen], strata.fan.y[chosen], strata.fan.z[chosen]},
           strata.fan.to,
-          shape.open(receiver)};
+          shape.has_many_parts() ? shape.by_strata(strata) : shape.open(receiver)};
 }
 
 /// Of light that nothing hides; never 0, which says that something does.

@@ -14,7 +14,7 @@ ALL_NAMES = "`deltalux info FILE --nodes` shows all, * stands for any letters"
 MAX_NAME = 120
 MISSING_REFLECTANCE = 0.8  # of surfaces without a material: plaster, light paint
 UNREADABLE = "textures that cannot be read: the plain colour counts"
-MEAN_GLOW = "textures of emission count with their mean colour"
+MEAN_GLOW = "textures of emission with coordinates of their own count with their mean colour"
 MISSING = (
     "surfaces without a material reflect {:g}, as light paint does; another reflectance: --reflectance R "
     "(reflectance=R)"

@@ -8,11 +8,13 @@ import weakref
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+import numpy as np
+
 from deltalux import _core
 from deltalux.errors import FormatError, SceneError
 from deltalux.texels import halving, image_size, srgb_texels
 
-from .look import NEAREST, WRAPS, images_of
+from .look import NEAREST, WRAPS, Texture, images_of
 from .scene import Material
 
 MOST_TEXELS = 2048  # along a side, for light; a larger image is halved
@@ -43,50 +45,59 @@ class CoreTextures:
     """
 
     def __init__(self, materials: Iterable[Material]) -> None:
-        self._looks = {m.name: m.look for m in materials if m.look.colour is not None}
-        most = self._most = _most_texels(
-            images_of(t for look in self._looks.values() for t in look.textures[:1])
-        )
+        used = {m.name: _textures_of(m) for m in materials}
+        self._used = {name: textures for name, textures in used.items() if textures}
+        most = self._most = _most_texels(images_of(t for own in self._used.values() for t in own))
         self._size = f"{most} "  # of the images, in their hashes
 
     def have(self, material: Material) -> bool:
         """Whether light depends on a texture of the material."""
-        return material.name in self._looks
+        return material.name in self._used
 
     def set_last(self, core: _core.Scene, material: Material) -> None:
-        """Give the last material of `core`, which is `material`, its texture, if it has one.
+        """Give the last material of `core`, which is `material`, its textures, if it has any.
 
         Raises
         ------
         SceneError
-            If the image cannot be decoded, or decodes otherwise than where the session was saved.
+            If an image cannot be decoded, or decodes otherwise than where the session was saved.
         """
         if not self.have(material):
             return
-        texture = material.look.textures[0]
-        found, texels = self._decode(material)
-        kept = material.look.texels
+        decoded = self._decoded(material)
+        kept, texels = material.look.texels, self._hash(decoded)
         # Of images that were kept otherwise, as parts of another scene, it says nothing.
         if kept is not None and kept != texels and kept.startswith(self._size):
             raise SceneError(
                 f'material "{material.name}": its image decodes to other texels here than where the '
                 "session was baked; open it with the version of Pillow of then, or bake it again"
             )
-        core.set_texture(
-            found,
-            tuple(_WRAP_NAMES[wrap] for wrap in texture.wrap),
-            texture.mag_filter == NEAREST,
-            texture.matrix.tolist(),
-            tuple(texture.mean.tolist()),
-            material.look.alpha_mode == "MASK",
-        )
+        look = material.look
+        if look.colour is not None:
+            mean = tuple(look.colour.mean.tolist())
+            found, _ = decoded[0]
+            core.set_texture(found, *_mapping(look.colour), mean, look.alpha_mode == "MASK")
+        if look.glow is not None and material.emissive:
+            mean = look.glow.mean
+            full = np.divide(material.emission, mean, out=np.zeros(3), where=mean > 0)
+            found, _ = decoded[-1]
+            core.set_glow(found, *_mapping(look.glow), tuple(full.tolist()))
 
     def hash_of(self, material: Material) -> str | None:
         """Hash of the texels that the material has in the core; None if it has none."""
-        return self._decode(material)[1] if self.have(material) else None
+        return self._hash(self._decoded(material)) if self.have(material) else None
 
-    def _decode(self, material: Material) -> tuple[_core.Texture, str]:
-        image, opacity = material.look.textures[0].image, material.look.opacity
+    def _hash(self, decoded: list[tuple[_core.Texture, str]]) -> str:
+        return self._size + " ".join(texels for _, texels in decoded)
+
+    def _decoded(self, material: Material) -> list[tuple[_core.Texture, str]]:
+        """Each texture on which light depends, and the hash of its texels."""
+        return [self._decode(material, texture) for texture in self._used[material.name]]
+
+    def _decode(self, material: Material, texture: Texture) -> tuple[_core.Texture, str]:
+        image, opacity = texture.image, None
+        if texture is material.look.colour:
+            opacity = material.look.opacity
         key = (id(image), self._most, b"" if opacity is None else opacity.tobytes())
         known = _decoded.get(key)
         found = None if known is None else known.texture()
@@ -100,10 +111,23 @@ class CoreTextures:
         known = _Decoded(
             image,
             weakref.ref(found, lambda _: _decoded.pop(key, None)),
-            self._size + hashlib.blake2b(texels.tobytes(), digest_size=8).hexdigest(),
+            hashlib.blake2b(texels.tobytes(), digest_size=8).hexdigest(),
         )
         _decoded[key] = known
         return found, known.texels
+
+
+def _mapping(texture: Texture) -> tuple[tuple[str, str], bool, list[list[float]]]:
+    """How a texture lies on surfaces, as the core takes it."""
+    along, across = texture.wrap
+    wraps = (_WRAP_NAMES[along], _WRAP_NAMES[across])
+    return wraps, texture.mag_filter == NEAREST, texture.matrix.tolist()
+
+
+def _textures_of(material: Material) -> list[Texture]:
+    """Those on which light depends."""
+    glow = material.look.glow if material.emissive else None
+    return [texture for texture in (material.look.colour, glow) if texture is not None]
 
 
 def _most_texels(images: list[bytes]) -> int:

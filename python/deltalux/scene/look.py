@@ -110,7 +110,7 @@ class Look:
         reflectance. Triangles without texture coordinates have it everywhere, and so have places that alpha
         hides.
     glow : Texture or None
-        Texture of the emission; light has the material's emission everywhere.
+        Texture of the emission, likewise: the material's emission is that of the texture's mean.
     alpha_mode : "OPAQUE", "MASK" or "BLEND"
     alpha : float in [0, 1], multiplies the alpha of `colour`
     alpha_cutoff : float; "MASK" shows texels with at least this alpha

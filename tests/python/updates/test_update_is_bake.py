@@ -75,15 +75,16 @@ def random_room(seed: int) -> dl.Scene:
 
 
 def textured(scene: dl.Scene, rng: np.random.Generator) -> dl.Scene:
-    """The scene with random texels on walls and furniture; some triangles have no coordinates."""
+    """The scene with random texels on walls, furniture and lamps; some triangles have no coordinates."""
     materials = []
     for material in scene.materials:
         texels = rng.integers(0, 256, (*rng.integers(1, 9, 2), 4), dtype=np.uint8)
         wrap = (int(rng.choice(WRAPS)), int(rng.choice(WRAPS)))
-        look = Look(
-            Texture(png(texels), rng.uniform(0.1, 0.6, 3), wrap), alpha_mode=str(rng.choice(ALPHA_MODES))
-        )
-        materials.append(material if material.emissive else replace(material, look=look))
+        texture = Texture(png(texels), rng.uniform(0.1, 0.6, 3), wrap)
+        look = Look(texture, alpha_mode=str(rng.choice(ALPHA_MODES)))
+        if material.emissive:
+            look = Look(glow=texture) if rng.random() < 0.5 else Look()
+        materials.append(replace(material, look=look))
     meshes = []
     for mesh in scene.meshes:
         places = rng.uniform(-2, 2, (len(mesh.triangles), 3, 2)).astype(np.float32)

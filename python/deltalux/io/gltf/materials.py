@@ -242,6 +242,7 @@ class Materials:
             glow = self._texture(source.emissiveTexture, f"{place}.emissiveTexture", name)
         if glow is not None and _set_of(source.emissiveTexture) != self.coordinate_set(index):
             emission, glow = emission * glow.mean, None  # those coordinates are not read
+            self._document.notes.add(MEAN_GLOW, name)
         mode = source.alphaMode if source.alphaMode in ALPHA_MODES else PLAIN.alpha_mode
         cutoff = PLAIN.alpha_cutoff if source.alphaCutoff is None else max(source.alphaCutoff, 0.0)
         look = Look(colour, glow, mode, float(np.clip(factor[3], 0, 1)), cutoff)
@@ -251,8 +252,6 @@ class Materials:
                 np.array(source.extras[LIT_REFLECTANCE], np.float64),
                 replace(look, colour=None),
             )
-        if glow is not None:
-            self._document.notes.add(MEAN_GLOW, name)
         group = source.extras.get("group")
         transparency = replace(
             _transparency(source, place),

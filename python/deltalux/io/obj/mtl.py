@@ -11,7 +11,6 @@ import numpy as np
 
 from deltalux.errors import FormatError
 from deltalux.io.diagnostics import (
-    MEAN_GLOW,
     MISSING,
     UNREADABLE,
     Notes,
@@ -224,8 +223,6 @@ class MaterialLibrary:
             self._notes.add(MISSING.format(self._missing), name)
         if entry.colours.get("Ke", np.zeros(3)).any():
             glow = self._texture(entry, "Ke", name)
-        if glow is not None:
-            self._notes.add(MEAN_GLOW, name)
         surface = entry.transparency.surface(self._glass, name, self._notes)
         return Material(name, look=Look(colour, glow), surface=surface)
 
