@@ -16,9 +16,9 @@ namespace {
 constexpr size_t kMostParts = 512;  // of one material of an object: each costs every receiver
 constexpr size_t kMostLeaves = 1 << 17;
 constexpr double kTexelsInLeaf = 1.0 / 16;
-constexpr double kMostTexels = 1 << 12;  // that are integrated one by one in a leaf
+constexpr double kMostTexels = 1 << 23;  // that are integrated one by one
 constexpr double kEven = 0.02;  // of the light: how much of it may lie elsewhere than it is said to
-constexpr uint32_t kPoints = 1024;  // in a leaf of more texels
+constexpr size_t kMostPoints = 1 << 22;  // that are read instead
 
 using Place = std::array<double, 2>;
 
@@ -71,6 +71,10 @@ class Glow {
       for (const Node& root : nodes_) leaves += size_t(1) << 2 * depth_of(root);
       if (leaves <= kMostLeaves) break;
     }
+    double covered = 0;
+    for (const Node& root : nodes_) covered += texels(root);
+    is_exact_ = covered <= kMostTexels;
+    points_ = uint32_t(std::clamp<size_t>(kMostPoints / std::max<size_t>(leaves, 1), 16, 1024));
     const size_t roots = nodes_.size();
     for (uint32_t i = 0; i < roots; ++i) build(i, depth_of(nodes_[i]));
     return chosen(roots);
@@ -137,17 +141,17 @@ class Glow {
       corner[k] = in_image(node.corner[k].place);
       if (!std::isfinite(corner[k][0] + corner[k][1])) return Vec3d(material_.emission);
     }
-    if (covered > 0 && covered <= kMostTexels) return exact_mean(corner);
+    if (covered > 0 && is_exact_) return exact_mean(corner);
     const auto& [a, b, c] = corner;
     Vec3d sum{};
-    for (uint32_t i = 0; i < kPoints; ++i) {
+    for (uint32_t i = 0; i < points_; ++i) {
       double u = double(unit_float32(sobol::point(i, 0))),
              v = double(unit_float32(sobol::point(i, 1)));
       if (u + v > 1) u = 1 - u, v = 1 - v;
       sum = sum + radiance_at({a[0] + u * (b[0] - a[0]) + v * (c[0] - a[0]),
                                a[1] + u * (b[1] - a[1]) + v * (c[1] - a[1])});
     }
-    return sum * (1.0 / kPoints);
+    return sum * (1.0 / points_);
   }
 
   /// Integrates over the squares between which texels are interpolated, or over texels: there, the
@@ -255,6 +259,8 @@ class Glow {
   const scene::Material& material_;
   const surfaces::TextureMap& map_;
   int deepest_ = 0;
+  bool is_exact_ = true;
+  uint32_t points_ = 1;      // in a leaf whose texels are too many
   std::vector<Node> nodes_;  // the roots come first
 };
 
