@@ -86,7 +86,7 @@ class LightShape {
   /// on average.
   virtual bool has_many_parts() const { return false; }
   virtual double by_strata(const Strata&) const { return 0; }
-  /// One shadow ray to a point drawn uniformly from the light's surface by `u` and `v` in [0, 1),
+  /// One shadow ray to a point drawn from the light's surface, by power, by `u` and `v` in [0, 1),
   /// and the irradiance if it is unoccluded, in units of brightest(). The estimate is unbiased.
   struct Glance {
     Vec3f origin{}, direction{};

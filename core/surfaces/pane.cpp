@@ -97,7 +97,7 @@ class Pane final : public Kind {
   bool transmits(const Surface& surface) const override {
     const PaneParameters pane = pane_of(surface.parameters);
     return (surface.map && surface.map->texture->least_weight() < 1) || pane.coverage < 1 ||
-           (pane.transmission > 0 && pane.inner * pane.tint > 0);
+           (pane.transmission > 0 && pane.tint * (pane.faces == 1 ? 1 : pane.inner) > 0);
   }
   float diffuse_share(const Surface& surface, const SurfacePoint& at) const override {
     return diffuse_share_of(pane_at(surface, at));

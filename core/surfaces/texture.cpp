@@ -102,4 +102,12 @@ Texture::Weighted Texture::at(float u, float v, const Sampler& sampler) const {
                mixed(texel(x.first, y.second), texel(x.second, y.second), x.share), y.share);
 }
 
+const Mipmap& Texture::mipmap() const {
+  std::call_once(lazy_->once, [&] {
+    lazy_->mipmap.emplace(width_, height_,
+                          [&](size_t column, size_t row) { return texel(column, row).colour; });
+  });
+  return *lazy_->mipmap;
+}
+
 }  // namespace deltalux::surfaces

@@ -4,10 +4,13 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "base/vec.h"
+#include "surfaces/mipmap.h"
 
 namespace deltalux::surfaces {
 
@@ -42,7 +45,11 @@ class Texture {
   float least_weight() const { return least_weight_; }
   uint32_t width() const { return width_; }
   uint32_t height() const { return height_; }
-  size_t bytes() const { return tiles_.capacity() * sizeof(Tile); }
+  /// Made when it is first asked for; thread-safe.
+  const Mipmap& mipmap() const;
+  size_t bytes() const {
+    return tiles_.capacity() * sizeof(Tile) + (lazy_->mipmap ? lazy_->mipmap->bytes() : 0);
+  }
 
  private:
   static constexpr size_t kEdge = 4;
@@ -59,6 +66,12 @@ class Texture {
   std::vector<Tile> tiles_;
   Vec3f brightest_{};
   float least_weight_ = 1;
+  /// What is made on demand.
+  struct Lazy {
+    std::once_flag once;
+    std::optional<const Mipmap> mipmap;
+  };
+  std::shared_ptr<Lazy> lazy_ = std::make_shared<Lazy>();
 };
 
 /// How a texture lies on a surface, and what its texels mean there.

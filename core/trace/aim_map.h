@@ -11,7 +11,7 @@
 namespace deltalux::trace {
 
 /// Chosen at the bake, see plan/light_guiding.h. A light's surface is divided into parts of equal
-/// area, in the order of its triangles; each part aims at balls with chances of its own.
+/// power, in the order of its triangles; each part aims at balls with chances of its own.
 struct AimMap {
   struct Target {
     Vec3f centre;
@@ -27,7 +27,7 @@ struct AimMap {
 
   /// What an aimed path is drawn from.
   struct Choice {
-    float place;  ///< on the surface: share of the area before it
+    float place;  ///< on the surface: share of the power before it
     uint32_t target;
   };
   /// `r`: random, in [0, 1). Preserves stratification.

@@ -375,13 +375,16 @@ float EmbreeScene::transmittance(Vec3f o, Vec3f d, float to) const {
   std::sort(veils.met.begin(), end, [](const Veils::Met& a, const Veils::Met& b) {
     return std::pair(a.hit.t, a.hit.primitive) < std::pair(b.hit.t, b.hit.primitive);
   });
+  const float length_of_d = length(d);
+  const Vec3f w = d * (1 / length_of_d);
   float product = 1, passed = -1;
   for (auto own = veils.met.begin(); own != end; ++own) {
+    Hit hit = own->hit;
+    hit.t *= length_of_d;
     // As for paths: two triangles at their common edge, or in one plane, are one surface.
-    if (own->hit.t <= passed) continue;
+    if (hit.t <= passed) continue;
     product *= own->transmittance;
-    const float plane = holes_->scene->slack_of(own->hit.primitive);
-    passed = own->hit.t + passing_distance(o, d, own->hit, plane);
+    passed = hit.t + passing_distance(o, w, hit, holes_->scene->slack_of(hit.primitive));
   }
   return product;
 }

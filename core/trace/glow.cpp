@@ -7,18 +7,19 @@
 #include <queue>
 
 #include "base/polygon.h"
-#include "base/random.h"
 #include "surfaces/texture.h"
 
 namespace deltalux::trace {
 namespace {
 
-constexpr size_t kMostParts = 512;  // of one material of an object: each costs every receiver
-constexpr size_t kMostLeaves = 1 << 17;
+constexpr size_t kMostParts = 512;       // of one material of an object: each costs every receiver
+constexpr size_t kMostLeaves = 1 << 15;  // some for each part
+constexpr int kDeepest = 9;
 constexpr double kTexelsInLeaf = 1.0 / 16;
-constexpr double kMostTexels = 1 << 23;  // that are integrated one by one
+constexpr double kMostSquares = 64;  // of texels, or of their means, that are integrated in a leaf
 constexpr double kEven = 0.02;  // of the light: how much of it may lie elsewhere than it is said to
-constexpr size_t kMostPoints = 1 << 22;  // that are read instead
+// In texels: places beyond are too coarse in single precision.
+constexpr double kFarthest = 1 << 24;
 
 using Place = std::array<double, 2>;
 
@@ -34,14 +35,30 @@ Corner middle(const Corner& a, const Corner& b) {
 
 double along(const Point& p, int axis) { return axis ? p.y : p.x; }
 
-/// Calls visit() for what a convex polygon has between each two whole numbers along an axis.
+/// The lines between the squares of a grid along an axis. Each copy of the image has its own grid,
+/// whose last squares are cut off.
+struct Grid {
+  double step, size;
+  bool mirrors;  ///< every other copy
+  /// The next line behind a place.
+  double after(double at) const {
+    const double copy = std::floor(at / size), local = at - copy * size;
+    const bool turned = mirrors && std::fmod(copy, 2) != 0;
+    const double next = turned ? size - (std::ceil((size - local) / step) - 1) * step
+                               : std::min((std::floor(local / step) + 1) * step, size);
+    constexpr double kLeast = 1e-6;  // of rounding
+    return std::max(copy * size + next, at + kLeast);
+  }
+};
+
+/// Calls visit() for what a convex polygon has between each two lines of a grid along an axis.
 template <class Visit>
-void each_slice(const Polygon& whole, int axis, const Visit& visit) {
+void each_slice(const Polygon& whole, int axis, const Grid& grid, const Visit& visit) {
   double low = INFINITY, high = -INFINITY;
   for (const Point& p : whole)
     low = std::min(low, along(p, axis)), high = std::max(high, along(p, axis));
   Polygon rest = whole;
-  for (double at = std::floor(low) + 1; at < high; ++at) {
+  for (double at = grid.after(low); at < high; at = grid.after(at)) {
     visit(clipped(rest, [&](const Point& p) { return at - along(p, axis); }));
     rest = clipped(rest, [&](const Point& p) { return along(p, axis) - at; });
   }
@@ -61,20 +78,19 @@ struct Node {
 class Glow {
  public:
   Glow(const scene::Object& object, const scene::Material& material)
-      : object_(object), material_(material), map_(*material.glow) {}
+      : object_(object),
+        material_(material),
+        map_(*material.glow),
+        size_{double(map_.texture->width()), double(map_.texture->height())} {}
 
   std::vector<LightPart> divide(std::span<const LightPart> parts) {
     for (const LightPart& part : parts) add_root(part);
     size_t leaves = 0;
-    for (deepest_ = 9; deepest_ > 0; --deepest_) {
+    for (deepest_ = kDeepest; deepest_ > 0; --deepest_) {
       leaves = 0;
       for (const Node& root : nodes_) leaves += size_t(1) << 2 * depth_of(root);
       if (leaves <= kMostLeaves) break;
     }
-    double covered = 0;
-    for (const Node& root : nodes_) covered += texels(root);
-    is_exact_ = covered <= kMostTexels;
-    points_ = uint32_t(std::clamp<size_t>(kMostPoints / std::max<size_t>(leaves, 1), 16, 1024));
     const size_t roots = nodes_.size();
     for (uint32_t i = 0; i < roots; ++i) build(i, depth_of(nodes_[i]));
     return chosen(roots);
@@ -111,8 +127,8 @@ class Glow {
                  f[2] = {c.place[0] - a.place[0], c.place[1] - a.place[1]};
     const auto& m = map_.matrix;
     const double scale = double(m[0][0]) * double(m[1][1]) - double(m[0][1]) * double(m[1][0]);
-    const double covered = 0.5 * std::fabs((e[0] * f[1] - e[1] * f[0]) * scale) *
-                           double(map_.texture->width()) * double(map_.texture->height());
+    const double covered =
+        0.5 * std::fabs((e[0] * f[1] - e[1] * f[0]) * scale) * size_[0] * size_[1];
     return std::isfinite(covered) ? covered : 0;
   }
 
@@ -128,64 +144,105 @@ class Glow {
         map_.texture->at(float(at[0]), float(at[1]), map_.sampler).colour, map_.gain));
   }
 
+  /// In texels; not finite where it is too far.
   Place in_image(const Place& at) const {
     const auto& m = map_.matrix;
-    return {double(m[0][0]) * at[0] + double(m[0][1]) * at[1] + double(m[0][2]),
-            double(m[1][0]) * at[0] + double(m[1][1]) * at[1] + double(m[1][2])};
+    Place out{double(m[0][0]) * at[0] + double(m[0][1]) * at[1] + double(m[0][2]),
+              double(m[1][0]) * at[0] + double(m[1][1]) * at[1] + double(m[1][2])};
+    for (size_t k = 0; k < 2; ++k) {
+      out[k] *= size_[k];
+      if (!(std::fabs(out[k]) < kFarthest)) out[k] = NAN;
+    }
+    return out;
   }
 
+  /// The mean of the smallest squares of texels of which few are on the node.
   Vec3d mean_of(const Node& node) const {
-    const double covered = texels(node);
-    std::array<Place, 3> corner;
-    for (size_t k = 0; k < 3; ++k) {
-      corner[k] = in_image(node.corner[k].place);
-      if (!std::isfinite(corner[k][0] + corner[k][1])) return Vec3d(material_.emission);
+    Polygon whole;
+    double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
+    for (const Corner& corner : node.corner) {
+      const Place at = in_image(corner.place);
+      if (!std::isfinite(at[0] + at[1])) return Vec3d(material_.emission);
+      whole.push_back({at[0], at[1]});
+      for (size_t k = 0; k < 2; ++k)
+        low[k] = std::min(low[k], at[k]), high[k] = std::max(high[k], at[k]);
     }
-    if (covered > 0 && is_exact_) return exact_mean(corner);
-    const auto& [a, b, c] = corner;
-    Vec3d sum{};
-    for (uint32_t i = 0; i < points_; ++i) {
-      double u = double(unit_float32(sobol::point(i, 0))),
-             v = double(unit_float32(sobol::point(i, 1)));
-      if (u + v > 1) u = 1 - u, v = 1 - v;
-      sum = sum + radiance_at({a[0] + u * (b[0] - a[0]) + v * (c[0] - a[0]),
-                               a[1] + u * (b[1] - a[1]) + v * (c[1] - a[1])});
-    }
-    return sum * (1.0 / points_);
+    const surfaces::Mipmap& mipmap = map_.texture->mipmap();
+    const auto squares = [&](uint32_t level) {
+      const double side = std::ldexp(1.0, int(level));
+      return ((high[0] - low[0]) / side + 1) * ((high[1] - low[1]) / side + 1);
+    };
+    uint32_t level = 0;
+    while (level < mipmap.levels() && squares(level) > kMostSquares) ++level;
+    if (squares(level) > kMostSquares)
+      return Vec3d(surfaces::product(mipmap.at(level, 0, 0), map_.gain));
+    if (level == 0) return exact_mean(whole);
+    return integrated(whole, std::ldexp(1.0, int(level)), [&](const Polygon& own) {
+      Point middle{0, 0};
+      for (const Point& p : own)
+        middle.x += p.x / double(own.size()), middle.y += p.y / double(own.size());
+      const size_t column = texel_at(middle.x, 0) >> level, row = texel_at(middle.y, 1) >> level;
+      return Vec3d(surfaces::product(mipmap.at(level, column, row), map_.gain));
+    });
   }
 
-  /// Integrates over the squares between which texels are interpolated, or over texels: there, the
-  /// radiance is a polynomial of the second degree, of which the means at the middles of a
-  /// triangle's edges tell the integral.
-  Vec3d exact_mean(const std::array<Place, 3>& triangle) const {
-    const double size[2] = {double(map_.texture->width()), double(map_.texture->height())};
-    const double shift = map_.sampler.nearest ? 0 : 0.5;
-    Polygon whole;
-    for (const Place& p : triangle)
-      whole.push_back({p[0] * size[0] - shift, p[1] * size[1] - shift});
-    const auto value_at = [&](const Point& p) {
-      return radiance_at({(p.x + shift) / size[0], (p.y + shift) / size[1]});
+  /// The column or row of the texel at a place, which the image's edges wrap.
+  size_t texel_at(double at, int axis) const {
+    const auto wrap = map_.sampler.wrap[size_t(axis)];
+    const double size = size_[size_t(axis)];
+    if (wrap == surfaces::Wrap::repeat) {
+      at -= size * std::floor(at / size);
+    } else if (wrap == surfaces::Wrap::mirror) {
+      at -= 2 * size * std::floor(at / (2 * size));
+      at = std::min(at, 2 * size - at);
+    }
+    return size_t(std::clamp(at, 0.0, size - 1));
+  }
+
+  /// The mean over a polygon of what mean(part) is on its parts in the squares of a grid.
+  template <class Mean>
+  Vec3d integrated(const Polygon& whole, double step, const Mean& mean) const {
+    const auto grid = [&](size_t axis) {
+      return Grid{step, size_[axis], map_.sampler.wrap[axis] == surfaces::Wrap::mirror};
     };
     Vec3d sum{};
     double all = 0;
-    each_slice(whole, 1, [&](const Polygon& band) {
-      each_slice(band, 0, [&](const Polygon& own) {
-        for (size_t i = 2; i < own.size(); ++i) {
-          const Point &a = own[0], &b = own[i - 1], &c = own[i];
-          const double area = std::fabs((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x));
-          const auto between = [](const Point& p, const Point& q) {
-            return Point{0.5 * (p.x + q.x), 0.5 * (p.y + q.y)};
-          };
-          const Vec3d value =
-              map_.sampler.nearest
-                  ? value_at({(a.x + b.x + c.x) / 3, (a.y + b.y + c.y) / 3})
-                  : (value_at(between(a, b)) + value_at(between(b, c)) + value_at(between(c, a))) *
-                        (1.0 / 3);
-          sum = sum + value * area, all += area;
-        }
+    each_slice(whole, 1, grid(1), [&](const Polygon& band) {
+      each_slice(band, 0, grid(0), [&](const Polygon& own) {
+        const double area = own.size() > 2 ? area_of(own) : 0;
+        if (area > 0) sum = sum + mean(own) * area, all += area;
       });
     });
-    return all > 0 ? sum * (1 / all) : value_at(whole[0]);
+    return all > 0 ? sum * (1 / all) : mean(whole);
+  }
+
+  /// Texels as they are, or interpolated: between their middles, the radiance is a polynomial of
+  /// the second degree, of which the means at the middles of a triangle's edges tell the integral.
+  Vec3d exact_mean(const Polygon& triangle) const {
+    const double shift = map_.sampler.nearest ? 0 : 0.5;
+    Polygon whole;
+    for (const Point& p : triangle) whole.push_back({p.x - shift, p.y - shift});
+    const auto value_at = [&](const Point& p) {
+      return radiance_at({(p.x + shift) / size_[0], (p.y + shift) / size_[1]});
+    };
+    return integrated(whole, 1, [&](const Polygon& own) {
+      Vec3d sum{};
+      double all = 0;
+      for (size_t i = 2; i < own.size(); ++i) {
+        const Point &a = own[0], &b = own[i - 1], &c = own[i];
+        const double area = std::fabs((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x));
+        const auto between = [](const Point& p, const Point& q) {
+          return Point{0.5 * (p.x + q.x), 0.5 * (p.y + q.y)};
+        };
+        const Vec3d value =
+            map_.sampler.nearest
+                ? value_at({(a.x + b.x + c.x) / 3, (a.y + b.y + c.y) / 3})
+                : (value_at(between(a, b)) + value_at(between(b, c)) + value_at(between(c, a))) *
+                      (1.0 / 3);
+        sum = sum + value * area, all += area;
+      }
+      return all > 0 ? sum * (1 / all) : value_at(own[0]);
+    });
   }
 
   void build(uint32_t number, int depth) {
@@ -258,6 +315,7 @@ class Glow {
   const scene::Object& object_;
   const scene::Material& material_;
   const surfaces::TextureMap& map_;
+  const Place size_;  // of the image, in texels
   int deepest_ = 0;
   bool is_exact_ = true;
   uint32_t points_ = 1;      // in a leaf whose texels are too many

@@ -254,7 +254,7 @@ void add_area_lights(const scene::Scene& scene, uint32_t index, std::vector<Ligh
   }
 }
 
-/// A place on an area light: `a` is the share of the area before it, `b` lies across.
+/// A place on an area light: `a` is the share of the power before it, `b` lies across.
 struct Place {
   Vec3f point, normal;
   float slack;

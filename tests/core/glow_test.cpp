@@ -19,12 +19,14 @@ struct Card {
   scene::Object object;
   scene::Material material;
 
-  Card(std::shared_ptr<const Texture> texture, bool nearest, const std::array<Uv, 4>& at) {
+  Card(std::shared_ptr<const Texture> texture, bool nearest, const std::array<Uv, 4>& at,
+       surfaces::Wrap wrap = surfaces::Wrap::repeat) {
     object.vertices = {{0, 0, 0}, {2, 0, 0}, {2, 0, 2}, {0, 0, 2}};
     object.triangles = {{0, 1, 2}, {0, 2, 3}};
     object.texture = {{at[0], at[1], at[2]}, {at[0], at[2], at[3]}};
     surfaces::TextureMap map;
-    map.texture = std::move(texture), map.sampler.nearest = nearest, map.gain = {10, 20, 30};
+    map.texture = std::move(texture), map.sampler = {{wrap, wrap}, nearest},
+    map.gain = {10, 20, 30};
     material.glow = std::make_shared<const surfaces::TextureMap>(map);
     material.emission = {1, 2, 3};
   }
@@ -89,11 +91,49 @@ TEST(Glow, HasThePowerOfItsTexels) {
   }
 }
 
+/// One white square of 2 x 2 texels in each `pitch` of a black image.
+std::shared_ptr<const Texture> sparse(uint32_t size, uint32_t pitch) {
+  std::vector<Texture::Texel> own;
+  for (uint32_t row = 0; row < size; ++row)
+    for (uint32_t column = 0; column < size; ++column) {
+      const auto grey = uint8_t(row % pitch < 2 && column % pitch < 2 ? 255 : 0);
+      own.push_back({grey, grey, grey, 255});
+    }
+  return std::make_shared<const Texture>(size, size, own);
+}
+
+// Places that are spread alike in each part would all meet the dots, or none.
 TEST(Glow, OfManyTilesHasTheirMean) {
-  const auto own = texels(64 * 64);
-  const auto texture = std::make_shared<const Texture>(64, 64, own);
-  const Vec3d power = power_of(Card(texture, false, covering(1e4f, 1e4f)).divide());
-  EXPECT_NEAR(power.x, 40 * mean_of(own), 0.05 * 40 * mean_of(own));
+  struct Case {
+    uint32_t size, pitch;
+    float times;
+  };
+  for (const Case& own : {Case{64, 64, 64},
+                          {64, 64, 256},
+                          {64, 64, 512},
+                          {64, 64, 1e5f},
+                          {512, 16, 4},
+                          {512, 8, 7.3f},
+                          {63, 63, 100},
+                          {1, 1, 3e6f}})
+    for (const auto wrap : {surfaces::Wrap::repeat, surfaces::Wrap::mirror}) {
+      const bool nearest = own.times > 100;
+      const auto texture = sparse(own.size, own.pitch);
+      const double mean = own.size == 1 ? 1 : 4.0 / (double(own.pitch) * own.pitch);
+      const Vec3d power =
+          power_of(Card(texture, nearest, covering(own.times, own.times), wrap).divide());
+      EXPECT_NEAR(power.x, 40 * mean, 0.02 * 40 * mean) << own.size << " " << own.times;
+    }
+}
+
+TEST(Glow, OfSliversInTheImageEnds) {
+  const auto texture = std::make_shared<const Texture>(8, 8, texels(64));
+  for (const float far : {1e5f, 1e9f, 1e17f, 3e38f}) {
+    const auto parts =
+        Card(texture, false, {{{far, 0}, {1.1f * far, 0}, {far, 1 / far}, {0, 0}}}).divide();
+    for (const LightPart& part : parts)
+      for (int c = 0; c < 3; ++c) EXPECT_TRUE(part.radiance[c] >= 0 && part.radiance[c] <= 30);
+  }
 }
 
 TEST(Glow, OfNothingIsNoLight) {

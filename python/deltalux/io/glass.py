@@ -20,6 +20,7 @@ _REMEDY = '--glass literal, window or clear (glass="literal") lets light pass wh
 _LEFT_OUT = "glass is left out: light passes it unchanged, and results and exports do not show it"
 _GLOWS = "transparent surfaces that glow count as opaque"
 _AS_WINDOW = "glass counts as panes of 6 mm, whatever its own transparency"
+_GONE = "surfaces of which nothing is left by their alpha let all light pass"
 _GREY = "the colour of what passes glass counts as grey"
 LEAST_COLOUR = 0.05  # difference between channels that is worth telling
 
@@ -48,7 +49,8 @@ class Transparency:
     @property
     def is_glass(self) -> bool:
         """Whether at least half of the light passes, and it does not glow."""
-        return max(self.transmission, 1 - self.coverage) >= LEAST_PASSED and not self.glows
+        passes = 1 - self.coverage + self.coverage * self.transmission
+        return passes >= LEAST_PASSED and not self.glows
 
     @property
     def _passes(self) -> bool:
@@ -73,6 +75,8 @@ class Transparency:
         if self.glows:
             notes.add(_GLOWS, name)
             return DIFFUSE
+        if self.coverage == 0:
+            notes.add(_GONE, name)
         if glass == AS_WINDOW and self.is_glass:
             notes.add(_AS_WINDOW, name)
             return WINDOW
@@ -81,3 +85,6 @@ class Transparency:
         return PaneSurface(
             self.coverage, self.transmission, self.index, tint=min(1.0, float(photopic(np.array(self.tint))))
         )
+
+
+OPAQUE = Transparency()

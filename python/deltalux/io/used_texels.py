@@ -15,13 +15,15 @@ from deltalux.texels import LINEAR_OF_BYTE, Texels
 LEAST_POINTS, MOST_POINTS = 1 << 13, 1 << 16
 PER_TEXEL = 4
 ALIKE = 0.004  # means that differ by less are one: about a step of 8-bit sRGB
+PER_GLOW = 0.2  # in `ALIKE`, a share of the emission counts as so much of a texel
 MANY = 128  # means of one material: after each as many more, four times the difference is alike
 _GOLDEN = (5**0.5 - 1) / 2
 
 
 def used_mean(
-    texels: Texels, texture: Texture, opacity: np.ndarray | None, coordinates: np.ndarray, areas: np.ndarray
-) -> np.ndarray:
+    texels: Texels, texture: Texture, opacity: np.ndarray | None, coordinates: np.ndarray, areas: np.ndarray,
+    glows: bool = False,
+) -> np.ndarray:  # fmt: skip
     """(3,) mean linear texel on a surface, weighted by area and opacity.
 
     Where nothing is opaque, or no triangle has coordinates, the mean of the whole image.
@@ -33,6 +35,7 @@ def used_mean(
     opacity : `Look.opacity`
     coordinates : (m, 3, 2) of the corners; NaN: none
     areas : (m,) of the triangles
+    glows : whether the texture is of emission, of which small differences may be large shares
     """
     whole = _whole(texels, opacity)
     known = np.isfinite(coordinates).all(axis=(1, 2))
@@ -46,7 +49,15 @@ def used_mean(
     column = np.minimum((place[:, 0] * width).astype(np.int64), width - 1)
     row = np.minimum((place[:, 1] * height).astype(np.int64), height - 1)
     mean = _mean(texels.sampled[row, column], weight, opacity)
-    return whole if mean is None or np.abs(mean - whole).max() < ALIKE else mean
+    return whole if mean is None or _apart(mean, whole, glows).max() < ALIKE else mean
+
+
+def _apart(one: np.ndarray, two: np.ndarray, glows: bool) -> np.ndarray:
+    """How much means (..., 3) differ, as texels do; dark pages may hold bright lamps."""
+    apart, brighter = np.abs(one - two), np.maximum(one, two)
+    if not glows:
+        return apart
+    return PER_GLOW * np.divide(apart, brighter, out=np.zeros_like(apart), where=brighter > 0)
 
 
 def _whole(texels: Texels, opacity: np.ndarray | None) -> np.ndarray:
@@ -100,7 +111,9 @@ class SimilarMeans:
     def number(self, mean: np.ndarray) -> int:
         """Number of `mean` (6,), which may be new, or of one that is alike."""
         if self.means:
-            apart = np.abs(np.array(self.means) - mean).max(axis=1)
+            known = np.array(self.means)
+            colour, glow = _apart(known[:, :3], mean[:3], False), _apart(known[:, 3:], mean[3:], True)
+            apart = np.maximum(colour, glow).max(axis=1)
             nearest = int(apart.argmin())
             if apart[nearest] < ALIKE * 4 ** (len(self.means) // MANY):
                 return nearest
@@ -122,7 +135,8 @@ def means_on(
         if texture is None:
             parts.append(np.ones(3))
         else:
-            parts.append(used_mean(texels(texture), texture, weights, coordinates, areas))
+            glows = texture is look.glow
+            parts.append(used_mean(texels(texture), texture, weights, coordinates, areas, glows))
     return np.concatenate(parts)
 
 

@@ -36,7 +36,9 @@ class GltfMaterials:
         pane = material.surface if isinstance(material.surface, PaneSurface) else None
         mode, alpha, base = look.alpha_mode, look.alpha, shown.base
         if pane is not None:
-            mode, alpha, base = "BLEND", 1 - pane.passes, shown.base * pane.scattered
+            base = shown.base * pane.scattered
+            if mode != "MASK":
+                mode, alpha = "BLEND", 1 - pane.passes
         covers = mode == "OPAQUE"
         extras: dict[str, Any] = {} if told and pane is None else {REFLECTANCE: material.reflectance.tolist()}
         if pane is not None:

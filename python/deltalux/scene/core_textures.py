@@ -20,6 +20,7 @@ from .scene import Material
 MOST_TEXELS = 2048  # along a side, for light; a larger image is halved
 MOST_BYTES = 2**30  # of all textures of a scene
 BYTES_PER_TEXEL = 4
+MOST_RADIANCE = 1e30  # of a texel, in the scene's unit
 _WRAP_NAMES = dict(zip(WRAPS, ("repeat", "clamp", "mirror"), strict=True))
 
 
@@ -79,7 +80,13 @@ class CoreTextures:
             core.set_texture(found, *_mapping(look.colour), mean, look.alpha_mode == "MASK")
         if look.glow is not None and material.emissive:
             mean = look.glow.mean
-            full = np.divide(material.emission, mean, out=np.zeros(3), where=mean > 0)
+            full = np.divide(material.emission, mean, out=np.full(3, np.inf), where=mean > 0)
+            full[material.emission == 0] = 0
+            if not (full <= MOST_RADIANCE).all():
+                raise SceneError(
+                    f'material "{material.name}": emission: found {material.emission.tolist()} where its '
+                    f"texture's mean is {mean.tolist()}, expected texels that can shine as much"
+                )
             found, _ = decoded[-1]
             core.set_glow(found, *_mapping(look.glow), tuple(full.tolist()))
 
@@ -92,12 +99,15 @@ class CoreTextures:
 
     def _decoded(self, material: Material) -> list[tuple[_core.Texture, str]]:
         """Each texture on which light depends, and the hash of its texels."""
-        return [self._decode(material, texture) for texture in self._used[material.name]]
+        textures, look = self._used[material.name], material.look
+        # Only the colour's texels weigh by their alpha; it comes first.
+        weights = ([look.opacity] if look.colour is not None else []) + [None]
+        return [self._decode(material, *each) for each in zip(textures, weights, strict=False)]
 
-    def _decode(self, material: Material, texture: Texture) -> tuple[_core.Texture, str]:
-        image, opacity = texture.image, None
-        if texture is material.look.colour:
-            opacity = material.look.opacity
+    def _decode(
+        self, material: Material, texture: Texture, opacity: np.ndarray | None
+    ) -> tuple[_core.Texture, str]:
+        image = texture.image
         key = (id(image), self._most, b"" if opacity is None else opacity.tobytes())
         known = _decoded.get(key)
         found = None if known is None else known.texture()

@@ -114,7 +114,7 @@ class Look:
     alpha_mode : "OPAQUE", "MASK" or "BLEND"
     alpha : float in [0, 1], multiplies the alpha of `colour`
     alpha_cutoff : float; "MASK" shows texels with at least this alpha
-    texels : hash of the colour's texels as they were decoded where a session was saved; None = not known
+    texels : hash of the texels as they were decoded where a session was saved; None = not known
     """
 
     colour: Texture | None = None

@@ -36,7 +36,12 @@ class Surface:
     def _checked(self, key: str, value: Any) -> Any:
         shape = self.fields[key]
         if shape == NUMBER:
-            return float(value)
+            try:
+                return float(value)
+            except (TypeError, ValueError):
+                raise SceneError(
+                    f"{self.kind} surface: {key}: found {value!r:.40}, expected a number"
+                ) from None
         return frozen_array(value, np.float64, shape, f"{self.kind} surface: {key}")
 
     def parameters(self) -> tuple[float, ...]:

@@ -153,3 +153,27 @@ def test_even_textures_are_no_more_lamps_than_there_are_triangles():
     mesh, material = card(np.full((16, 16, 3), 255, np.uint8))
     plain = in_room([mesh], [replace(material, look=Look())])
     assert np.array_equal(light(in_room([mesh], [material]), 64, 5000)[0], light(plain, 64, 5000)[0])
+
+
+def test_alpha_of_an_image_weighs_its_colour_and_not_its_glow():
+    texels = np.concatenate([np.full((4, 4, 3), 200, np.uint8), np.full((4, 4, 1), 255, np.uint8)], axis=2)
+    texels[:2, :, 3] = 0
+    mesh, material = card(texels[..., :3].copy())
+    shared = replace(material.look.glow, image=png(texels))
+    other = replace(shared, image=png(texels))
+    found = []
+    for colour in (None, shared, other):
+        look = Look(colour, shared)
+        scene = in_room([mesh], [replace(material, look=look)], 0)
+        found.append(light(scene, 16, 2000)[0])
+    np.testing.assert_array_equal(found[0], found[1])
+    np.testing.assert_array_equal(found[0], found[2])
+
+
+@pytest.mark.parametrize("mean", [(0.5, 0.5, 0), (1e-38, 0.5, 0.5)])
+def test_emission_that_no_texel_can_have_is_refused(mean):
+    mesh, material = card(pattern(1))
+    glow = replace(material.look.glow, mean=mean)
+    scene = in_room([mesh], [replace(material, look=Look(glow=glow))])
+    with pytest.raises(dl.SceneError, match=r'material "card": emission: found .* texels that can shine'):
+        dl.Session(scene, dl.Samples(*places()), paths=100, gather=16)

@@ -67,8 +67,9 @@ def direct_on_floor(scene: dl.Scene, x: np.ndarray) -> np.ndarray:
         dl.PaneSurface(index=1.8, faces=2, inner=0.7, tint=0.5),
         dl.PaneSurface(coverage=0.3, transmission=0),
         dl.PaneSurface(coverage=0.6, transmission=0.5, index=1),
+        dl.PaneSurface(inner=0),  # of one face, nothing is inside
     ],
-    ids=["window", "literal", "dark", "film", "half"],
+    ids=["window", "literal", "dark", "film", "half", "face"],
 )
 def test_a_pane_over_a_floor_passes_what_the_formula_says_at_every_angle(surface):
     """The first sample lies straight below the lamp, and the pane's diagonal may lie between them."""
@@ -103,6 +104,7 @@ def test_the_common_edge_of_two_triangles_counts_once():
         ({"tint": float("nan")}, "tint: found nan, expected 0 to 1"),
         ({"index": 0.9}, "index: found 0.9, expected 1 to 10"),
         ({"faces": 3}, "faces: found 3, expected 1 or 2"),
+        ({"coverage": None}, "coverage: found None, expected a number"),
     ],
 )
 def test_impossible_panes_are_refused(values, told):

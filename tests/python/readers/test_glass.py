@@ -9,7 +9,7 @@ from typing import Any
 import deltalux as dl
 import numpy as np
 import pytest
-from builders.gltf import GltfBuilder, png
+from builders.gltf import QUAD, GltfBuilder, png
 from deltalux import outputs
 from deltalux.outputs.of_session import baked_of
 from deltalux.scene.surfaces import WINDOW
@@ -216,3 +216,69 @@ def test_a_file_of_glass_only_has_nothing_to_light(tmp_path):
     builder.node(mesh=builder.quad(builder.material(name="pane", **MATERIALS[0][1])))
     with pytest.raises(dl.SceneError, match="found no triangles"):
         dl.load(builder.write(tmp_path), glass="clear")
+
+
+def test_the_colour_of_a_texture_dims_what_passes(tmp_path):
+    """As the same colour by a factor would; a pane behind a dark picture is dark."""
+    texture = np.full((2, 2, 3), (60, 60, 60), np.uint8)
+    builder = GltfBuilder()
+    index = builder.texture(png(texture))
+    extensions = {"KHR_materials_transmission": {"transmissionFactor": 1.0}}
+    by_texture = builder.material(
+        name="texture", pbrMetallicRoughness={"baseColorTexture": {"index": index}}, extensions=extensions
+    )
+    value = ((60 / 255 + 0.055) / 1.055) ** 2.4
+    by_factor = builder.material(
+        name="factor", pbrMetallicRoughness={"baseColorFactor": [value] * 3 + [1]}, extensions=extensions
+    )
+    for material in (by_texture, by_factor):
+        builder.node(mesh=builder.quad(material))
+    scene = dl.load(builder.write(tmp_path))
+    tints = [scene.material(name).surface.tint for name in ("texture", "factor")]
+    assert tints == pytest.approx([value] * 2, abs=1e-4)
+
+
+@pytest.mark.parametrize("how", ["strength", "texture"])
+def test_glass_that_could_glow_and_does_not_is_glass(tmp_path, how):
+    builder = GltfBuilder()
+    fields: dict[str, Any] = {"emissiveFactor": [1, 1, 1], "alphaMode": "BLEND"}
+    if how == "texture":
+        fields["emissiveTexture"] = {"index": builder.texture(png(np.zeros((2, 2, 3), np.uint8)))}
+    else:
+        fields["extensions"] = {"KHR_materials_emissive_strength": {"emissiveStrength": 0}}
+    colour = {"baseColorFactor": [0.5, 0.5, 0.5, 0.2]}
+    builder.node(mesh=builder.quad(builder.material(pbrMetallicRoughness=colour, **fields)))
+    (material,) = dl.load(builder.write(tmp_path)).materials
+    assert isinstance(material.surface, dl.PaneSurface)
+
+
+@pytest.mark.parametrize(("statement", "coverage"), [("Tr 100", 0), ("d -1", 0), ("Tr inf", 0), ("d 7", 1)])
+def test_shares_beyond_their_bounds_are_cut_off(tmp_path, statement, coverage):
+    scene = dl.load(write_obj(tmp_path, statement))
+    surface = scene.material("between").surface
+    assert isinstance(surface, dl.PaneSurface) == (coverage < 1)
+    assert coverage or surface.coverage == 0
+    assert any("nothing is left" in warning for warning in scene.warnings) == (coverage == 0)
+
+
+@pytest.mark.parametrize("mode", ["MASK", "BLEND"])
+def test_lit_files_keep_holes_and_alpha_of_textures(tmp_path, mode):
+    texels = np.full((4, 4, 4), 200, np.uint8)
+    texels[:2, :, 3] = 90
+    builder = GltfBuilder()
+    colour = {"baseColorTexture": {"index": builder.texture(png(texels))}}
+    leaf = builder.material(name="leaf", alphaMode=mode, pbrMetallicRoughness=colour)
+    uv = builder.accessor(np.array([(0, 0), (1, 0), (1, 1), (0, 1)], np.float32))
+    attributes = {"POSITION": builder.accessor(QUAD), "TEXCOORD_0": uv}
+    builder.node(name="card", mesh=builder.mesh({"attributes": attributes, "mode": 6, "material": leaf}))
+    lamp = builder.light(type="point", intensity=100)
+    builder.node(name="lamp", translation=[0.5, 0.5, 2], extensions=lamp)
+    scene = dl.load(builder.write(tmp_path))
+    with dl.Session(scene, dl.Samples.on_vertices(scene, spacing=0.5), paths=1000, gather=16) as session:
+        session.bake()
+        outputs.write(tmp_path / "lit.glb", baked_of(session, "x"))
+    before, again = scene.material("leaf"), dl.load(tmp_path / "lit.glb").material("leaf")
+    assert again.look.alpha_mode == mode
+    np.testing.assert_array_equal(again.look.opacity, before.look.opacity)
+    np.testing.assert_allclose(again.reflectance, before.reflectance, atol=1e-6)
+    assert type(again.surface) is type(before.surface)

@@ -186,6 +186,26 @@ def test_the_emission_of_an_atlas_is_that_of_the_screen_alone(tmp_path: Path):
     assert not any(MEAN_GLOW in warning for warning in scene.warnings)
 
 
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+def test_few_bright_texels_beside_a_dark_object_shine(tmp_path: Path, order: tuple[int, int]):
+    """An object on the black half of a page, and one on its other half, of which one texel in 64 is lit."""
+    page = np.zeros((16, 32, 3), np.uint8)
+    page[::8, 16::8] = 120
+    builder = GltfBuilder()
+    texture = {"index": builder.texture(png(page))}
+    strength = {"KHR_materials_emissive_strength": {"emissiveStrength": 1e5}}
+    material = builder.material(
+        name="panel", emissiveFactor=[1, 1, 1], emissiveTexture=texture, extensions=strength
+    )
+    for number in order:
+        uv = UNIT * (0.5, 1) + (0.5 * number, 0)
+        builder.node(mesh=quad(builder, material, uv), name=("dark", "lit")[number])
+    scene = dl.load(builder.write(tmp_path))
+    emission = {mesh.name: scene.material(mesh.material[0]).emission for mesh in scene.meshes}
+    assert not emission["dark"].any()
+    np.testing.assert_allclose(emission["lit"], 1e5 * linear(120) / 64, rtol=0.05)
+
+
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_random_image_on_random_triangles(tmp_path: Path, seed: int):
     """Against the mean of a fine grid of places on each triangle."""

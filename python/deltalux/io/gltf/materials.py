@@ -17,17 +17,18 @@ from deltalux.io.diagnostics import (
     UniqueNames,
     malformed,
 )
-from deltalux.io.glass import AS_BOARD, Transparency
+from deltalux.io.glass import AS_BOARD, OPAQUE, Transparency
 from deltalux.io.used_texels import SimilarMeans, means_on, with_means
 from deltalux.scene import Material
 from deltalux.scene.look import ALPHA_MODES, PLAIN, Look, Texture
-from deltalux.scene.surfaces import DIFFUSE, MOST_INDEX, PaneSurface, Surface
+from deltalux.scene.surfaces import MOST_INDEX, PaneSurface, Surface
 from deltalux.texels import linear_to_srgb
 
 from .document import Document
 from .schema import LIT_PANE, LIT_REFLECTANCE
 from .textures import TRANSFORM, Textures
 
+LEAST_MEAN = 1e-3  # of a texture: factors of darker ones would be beyond all others
 WHITE = 0.98  # largest reflectance: only mirrors reflect more, and paths between such walls are very long
 TOO_WHITE = f"materials reflect more than {WHITE:.0%}, as no real surface does"
 
@@ -48,7 +49,16 @@ class _Read:
     group: str | None = None
     two_sided: bool = False
     look: Look = PLAIN
-    surface: Surface = DIFFUSE
+    transparency: Transparency = OPAQUE
+    pane: PaneSurface | None = None  # of a lit file, instead
+
+    def surface(self, glass: str, notes: Notes) -> Surface:
+        """How it scatters light; tells of what is lost. What passes glass has the base colour."""
+        if self.pane is not None and glass != AS_BOARD:
+            return self.pane
+        tint = tuple(self.reflectance.tolist())
+        own = replace(self.transparency, tint=tint, glows=bool(self.emission.any()))
+        return own.surface(glass, self.name, notes)
 
     @property
     def reflectance(self) -> np.ndarray:
@@ -116,11 +126,12 @@ class Materials:
             # A material in several groups becomes several materials; the first one keeps the name.
             first = all(made != index for made, _ in self._made)
             name = found.name if first else self._names.take(f"{found.name} [{group or 'own'}]")
-            reflectance = found.reflectance
-            if reflectance.max() > WHITE:
+            reflectance, surface = found.reflectance, found.surface(self._glass, self._document.notes)
+            is_glass = isinstance(surface, PaneSurface) and surface.transmission == 1
+            if reflectance.max() > WHITE and not is_glass:
                 self._document.notes.add(TOO_WHITE, found.name)
             self._made[key] = Material(
-                name, reflectance, emission, group, found.two_sided, found.look, found.surface
+                name, reflectance, emission, group, found.two_sided, found.look, surface
             )
         return self._made[key]
 
@@ -234,8 +245,7 @@ class Materials:
         else:
             texture_place = f"{place}.baseColorTexture"
         colour, glow = self._texture(texture, texture_place, name), None
-        strength = source.extensions.get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)
-        emission = np.array(source.emissiveFactor) * strength
+        emission = np.array(source.emissiveFactor) * _strength(source)
         if (emission < 0).any():
             raise malformed(f"{place}: emission", emission.tolist(), "no negative channel")
         if emission.any():
@@ -247,20 +257,25 @@ class Materials:
         cutoff = PLAIN.alpha_cutoff if source.alphaCutoff is None else max(source.alphaCutoff, 0.0)
         look = Look(colour, glow, mode, float(np.clip(factor[3], 0, 1)), cutoff)
         colour_factor = np.array(factor[:3])
-        if LIT_REFLECTANCE in source.extras:  # of a lit file, whose base colour may be that of a lamp
-            colour_factor, look = (
-                np.array(source.extras[LIT_REFLECTANCE], np.float64),
-                replace(look, colour=None),
-            )
+        pane = None
+        if LIT_PANE in source.extras:  # of a lit file, whose alpha is for viewers
+            pane = _lit_pane(source.extras[LIT_PANE], f"{place}.extras.{LIT_PANE}")
+        if LIT_REFLECTANCE in source.extras:
+            colour_factor = np.array(source.extras[LIT_REFLECTANCE], np.float64)
+            if colour is not None and (mode == "MASK" or pane is not None):
+                # The texture's alpha counts, and so the reflectance is that of its mean.
+                colour_factor = np.divide(
+                    colour_factor, colour.mean, out=colour_factor, where=colour.mean > LEAST_MEAN
+                )
+            else:  # the base colour may be that of a lamp
+                look = replace(look, colour=None)
         group = source.extras.get("group")
         transparency = replace(
             _transparency(source, place),
             varies=mode == "BLEND" and colour is not None and self._textures.texels(colour).has_gaps,
         )
-        surface = transparency.surface(self._glass, name, self._document.notes)
-        if LIT_PANE in source.extras and self._glass != AS_BOARD:  # of a lit file, whose alpha is for viewers
-            surface = _lit_pane(source.extras[LIT_PANE], f"{place}.extras.{LIT_PANE}")
-        return _Read(name, colour_factor, emission, group, bool(source.doubleSided), look, surface)
+        two_sided = bool(source.doubleSided)
+        return _Read(name, colour_factor, emission, group, two_sided, look, transparency, pane)
 
     def _texture(self, reference: Any, place: str, name: str) -> Texture | None:
         if reference is None:
@@ -273,7 +288,7 @@ class Materials:
         return found
 
 
-def _lit_pane(parameters: Any, place: str) -> Surface:
+def _lit_pane(parameters: Any, place: str) -> PaneSurface:
     try:
         return PaneSurface(*parameters)
     except SceneError:
@@ -323,9 +338,12 @@ def _transparency(source: Any, place: str) -> Transparency:
         float(np.clip(factor[3], 0, 1)) if source.alphaMode == "BLEND" else 1.0,
         share,
         min(index or 1.5, MOST_INDEX),  # 0 says nothing of glass
-        tuple(np.clip(factor[:3], 0, 1).tolist()),
-        any(source.emissiveFactor),
+        glows=any(source.emissiveFactor) and _strength(source) > 0,
     )
+
+
+def _strength(source: Any) -> float:
+    return source.extensions.get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)
 
 
 def _note_unhonoured(source: Any, name: str, notes: Notes) -> None:

@@ -268,7 +268,7 @@ def _passed(key: str, words: list[str]) -> float | None:
         value = float(words[-1]) if words and key in ("d", "Tr") else np.nan
     except ValueError:
         return None
-    return None if np.isnan(value) else 1 - value if key == "d" else value
+    return None if np.isnan(value) else float(np.clip(1 - value if key == "d" else value, 0, 1))
 
 
 def _colour(words: list[str], where: str) -> np.ndarray:

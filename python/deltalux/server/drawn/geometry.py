@@ -24,6 +24,7 @@ from deltalux.session import Session
 from .drawn_mesh import DrawnMesh, drawn_mesh
 
 PROTOCOL = 1
+NOTHING_SHOWN = 2.0  # least alpha that no texel has
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,12 +219,14 @@ def _transparency(material: Material) -> dict[str, Any]:
     """How much of what is behind the material a page shows."""
     look = material.look
     pane = material.surface if isinstance(material.surface, PaneSurface) else None
-    cut_out = look.colour is not None and look.alpha_mode == "MASK" and look.alpha > 0
+    cut_out = None
+    if look.colour is not None and look.alpha_mode == "MASK":
+        cut_out = min(look.alpha_cutoff / max(look.alpha, 1e-9), NOTHING_SHOWN)
     return {
         "opacity": 1.0 if pane is None else 1 - pane.passes,
         "scattered": 1.0 if pane is None else pane.scattered,
         "by_alpha": pane is not None and look.colour is not None and look.opacity is not None,
-        "cut_out": look.alpha_cutoff / look.alpha if cut_out else None,
+        "cut_out": cut_out,
     }
 
 
