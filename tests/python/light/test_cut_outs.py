@@ -12,6 +12,7 @@ from builders.gltf import png
 from deltalux.scene.look import NEAREST, Look, Texture
 from rooms import box
 from test_panes import FACES
+from thoroughness import slow
 
 SIDE = 5  # squares along the card, every other one cut out
 CARD = 1.5  # metres
@@ -69,7 +70,7 @@ def light(scene: dl.Scene, gather: int | str) -> tuple[np.ndarray, np.ndarray]:
         return session.irradiance.copy(), session.standard_error.copy()
 
 
-@pytest.mark.parametrize("gather", [512, "off"])
+@pytest.mark.parametrize("gather", [slow(512), "off"])
 def test_what_alpha_cuts_out_is_as_if_cut_by_hand(gather):
     """Null hypothesis: equal light. The mean of 170 values has a standard error of 0.1 %: 1 % is ten."""
     (found, error), (expected, other) = light(room(False), gather), light(room(True), gather)

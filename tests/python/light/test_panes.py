@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from deltalux.scene.surfaces import WINDOW
 from rooms import box
+from thoroughness import slow
 
 HEIGHT = 2.0  # of the lamp
 FACES = [(0, 1, 2), (0, 2, 3)]
@@ -130,7 +131,7 @@ WHITE = {
 }
 
 
-@pytest.mark.parametrize("gather", [256, "off"])
+@pytest.mark.parametrize("gather", [256, slow("off")])
 def test_a_white_furnace_stays_uniform(gather):
     """Null hypothesis: the irradiance is that without panes, pi L / (1 - reflectance), at each sample.
 
