@@ -117,17 +117,21 @@ def furnace(surfaces: dict[str, dl.scene.Surface]) -> dl.Scene:
     """A room whose walls all glow and reflect alike, and in it panes that absorb nothing."""
     walls = dl.Mesh("walls", *box((4, 3, 3), (0, 1.5, 0), inward=True), "wall")
     panes = [square(name, (-1.4 + 0.9 * k, 0.8 + 0.3 * k, 0.2), 0.8, name) for k, name in enumerate(surfaces)]
-    materials = [dl.Material("wall", (0.5, 0.5, 0.5), (10, 10, 10))]
+    for x in (-0.1, 0.1):  # light goes to and fro between them
+        upright = [(x, 0.01, -1.4), (x, 0.01, -0.4), (x, 1.2, -0.4), (x, 1.2, -1.4)]
+        panes.append(dl.Mesh(f"upright {x}", upright, FACES, "glass"))
+    materials = [dl.Material("wall", (REFLECTED,) * 3, (10, 10, 10))]
     materials += [dl.Material(name, (1, 1, 1), surface=each) for name, each in surfaces.items()]
     return dl.Scene([walls, *panes], materials, unit="lux")
 
 
+REFLECTED = 0.8  # by the walls: light goes on for long
 # Mirrors, passes and scatters: each is a third way for light.
 WHITE = {
-    "glass": dl.PaneSurface(index=1.7),
-    "plate": dl.PaneSurface(index=1.5, faces=2),
+    "glass": dl.PaneSurface(index=10),
+    "plate": dl.PaneSurface(index=1.7, faces=2),
     "film": dl.PaneSurface(coverage=0.6, transmission=0),
-    "half": dl.PaneSurface(coverage=0.8, transmission=0.5, index=1.8),
+    "half": dl.PaneSurface(coverage=0.8, transmission=0.5, index=8),
 }
 
 
@@ -146,10 +150,14 @@ def test_a_white_furnace_stays_uniform(gather):
     for k in range(len(WHITE)):
         points += [(-1.4 + 0.9 * k, 0.8 + 0.3 * k, 0.25)] * 2
         normals += [(0, 1, 0), (0, -1, 0)]
-    samples = dl.Samples(points, normals, radius=0.15)
+    between = [(0, 0, z) for z in np.linspace(-1.2, -0.6, 12)]
+    points, normals = points + between, normals + [(0, 1, 0)] * len(between)
+    radius = np.repeat([0.15, 0.08], [len(points) - len(between), len(between)])
+    samples = dl.Samples(points, normals, radius)
     with dl.Session(scene, samples, paths=1_000_000, gather=gather, seed=5) as session:
         session.bake()
         found, claimed = session.irradiance[:, 0], session.standard_error[:, 0]
-    error = found / (10 * np.pi / 0.5) - 1
+    error = found / (10 * np.pi / (1 - REFLECTED)) - 1
     assert abs(error.mean()) < 0.005
+    assert abs(error[-len(between) :].mean()) < (0.01 if gather == 256 else 0.03)
     assert np.quantile(np.abs(error) * found / claimed, 0.9) < 2.5
