@@ -164,7 +164,7 @@ def test_alpha_of_an_image_weighs_its_colour_and_not_its_glow():
     other = replace(shared, image=png(texels))
     found = []
     for colour in (None, shared, other):
-        look = Look(colour, shared)
+        look = Look(colour, shared, alpha_mode="OPAQUE" if colour is None else "BLEND")
         scene = in_room([mesh], [replace(material, look=look)], 0)
         found.append(light(scene, 16, 2000)[0])
     np.testing.assert_array_equal(found[0], found[1])

@@ -279,6 +279,7 @@ def test_lit_files_keep_holes_and_alpha_of_textures(tmp_path, mode):
         outputs.write(tmp_path / "lit.glb", baked_of(session, "x"))
     before, again = scene.material("leaf"), dl.load(tmp_path / "lit.glb").material("leaf")
     assert again.look.alpha_mode == mode
+    assert again.look.colour is not None
     np.testing.assert_array_equal(again.look.opacity, before.look.opacity)
     np.testing.assert_allclose(again.reflectance, before.reflectance, atol=1e-6)
     assert type(again.surface) is type(before.surface)
