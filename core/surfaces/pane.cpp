@@ -67,14 +67,15 @@ class Pane final : public Kind {
   std::string_view name() const override { return "pane"; }
   const char* flaw(std::span<const float> parameters) const override {
     constexpr float kMostIndex = 10;  // no glass is near
-    if (parameters.size() != 6) return "not the six parameters of a pane";
+    if (parameters.size() != 6) return "other parameters than the six of a pane";
     const PaneParameters pane = pane_of(parameters);
     if (!is_share(pane.coverage) || !is_share(pane.transmission) || !is_share(pane.inner) ||
         !is_share(pane.tint))
-      return "a pane's share that is not 0 to 1";
+      return "a share of a pane that is not 0 to 1";
     if (!(pane.index >= 1 && pane.index <= kMostIndex))
-      return "an index of refraction beyond 1 to 10";
-    return pane.faces == 1 || pane.faces == 2 ? nullptr : "a pane without one or two faces";
+      return "an index of refraction that is not 1 to 10";
+    return pane.faces == 1 || pane.faces == 2 ? nullptr
+                                              : "a pane that has neither one face nor two";
   }
   bool is_opaque(const Surface&) const override { return true; }
   bool stops(const Surface&, const SurfacePoint&) const override { return true; }

@@ -31,14 +31,8 @@ struct Between {
 
 inline Between between(float at, uint32_t count, Wrap wrap, bool nearest) {
   // Rounding may take a coordinate to the very end, 1.
-  if (wrap == Wrap::repeat) {
-    at -= std::floor(at);
-  } else if (wrap == Wrap::mirror) {
-    at -= 2 * std::floor(0.5f * at);
-    at = std::min(at, 2 - at);
-  }
   const auto last = int64_t(count) - 1;
-  float place = std::clamp(at, 0.0f, 1.0f) * float(count);
+  float place = wrapped(at, wrap) * float(count);
   if (nearest) {
     const size_t own = size_t(std::min(int64_t(place), last));
     return {own, own, 0};

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Textures: the reflectance of each point of a surface, from the texels of an image.
 #pragma once
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -16,6 +18,18 @@ namespace deltalux::surfaces {
 
 /// What continues an image beyond its edges: copies of it, its border, or mirrored copies.
 enum class Wrap : uint8_t { repeat, clamp, mirror };
+
+/// The coordinate in [0, 1] that one beyond an image's edges stands for.
+template <class T>
+T wrapped(T at, Wrap wrap) {
+  if (wrap == Wrap::repeat) {
+    at -= std::floor(at);
+  } else if (wrap == Wrap::mirror) {
+    at -= 2 * std::floor(T(0.5) * at);
+    at = std::min(at, 2 - at);
+  }
+  return std::clamp(at, T(0), T(1));
+}
 
 /// How an image is read beside the centres of its texels, and beyond its edges.
 struct Sampler {

@@ -187,16 +187,9 @@ class Glow {
   }
 
   /// The column or row of the texel at a place, which the image's edges wrap.
-  size_t texel_at(double at, int axis) const {
-    const auto wrap = map_.sampler.wrap[size_t(axis)];
-    const double size = size_[size_t(axis)];
-    if (wrap == surfaces::Wrap::repeat) {
-      at -= size * std::floor(at / size);
-    } else if (wrap == surfaces::Wrap::mirror) {
-      at -= 2 * size * std::floor(at / (2 * size));
-      at = std::min(at, 2 * size - at);
-    }
-    return size_t(std::clamp(at, 0.0, size - 1));
+  size_t texel_at(double at, size_t axis) const {
+    const double own = size_[axis] * surfaces::wrapped(at / size_[axis], map_.sampler.wrap[axis]);
+    return size_t(std::min(own, size_[axis] - 1));
   }
 
   /// The mean over a polygon of what mean(part) is on its parts in the squares of a grid.

@@ -11,7 +11,7 @@ namespace deltalux::trace {
 struct LightPart {
   uint32_t triangle;  ///< index within the object
   Vec3f corner[3];
-  Vec3f radiance{};  ///< the mean over the part
+  Vec3f radiance{};  ///< of a light with a glow: the mean over the part
   double area() const {
     const Vec3d a(corner[0]), b(corner[1]), c(corner[2]);
     return 0.5 * length(cross(b - a, c - a));

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from deltalux.mesh.surfaces import Surfaces
@@ -83,9 +85,12 @@ class ShownTextures:
 
     def __init__(self, surfaces: Surfaces) -> None:
         self._surfaces = surfaces
-        self._coordinates = TextureCoordinates(surfaces.scene, surfaces.display)
         self._images: dict[int, Mipmap] = {}
         self._opacities: dict[int, np.ndarray] = {}  # (h, w, 3), all alike, by material
+
+    @cached_property
+    def _coordinates(self) -> TextureCoordinates:
+        return TextureCoordinates(self._surfaces.scene, self._surfaces.display)
 
     def factors(
         self, triangle: np.ndarray, weights: np.ndarray, width: np.ndarray

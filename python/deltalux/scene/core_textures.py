@@ -65,7 +65,7 @@ class CoreTextures:
         """
         if not self.have(material):
             return
-        decoded = self._decoded(material)
+        decoded = self._decode_all(material)
         kept, texels = material.look.texels, self._hash(decoded)
         # Of images that were kept otherwise, as parts of another scene, it says nothing.
         if kept is not None and kept != texels and kept.startswith(self._size):
@@ -92,12 +92,12 @@ class CoreTextures:
 
     def hash_of(self, material: Material) -> str | None:
         """Hash of the texels that the material has in the core; None if it has none."""
-        return self._hash(self._decoded(material)) if self.have(material) else None
+        return self._hash(self._decode_all(material)) if self.have(material) else None
 
     def _hash(self, decoded: list[tuple[_core.Texture, str]]) -> str:
         return self._size + " ".join(texels for _, texels in decoded)
 
-    def _decoded(self, material: Material) -> list[tuple[_core.Texture, str]]:
+    def _decode_all(self, material: Material) -> list[tuple[_core.Texture, str]]:
         """Each texture on which light depends, and the hash of its texels."""
         textures, look = self._used[material.name], material.look
         # Only the colour's texels weigh by their alpha; it comes first.
